@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _GROUPS = {
+    "import": "Read a model in the format of another tool.",
     "export": "Write a model in the format of another tool.",
     "node": "Run a controller, resources or a tester as a process.",
 }

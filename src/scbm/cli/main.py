@@ -41,6 +41,7 @@ VERBS: dict[str, str] = {
     "combine": "scbm.cli.combine",
     "report": "scbm.cli.report",
     "schema": "scbm.cli.schema",
+    "import pddl": "scbm.cli.import_pddl",
     "export pddl": "scbm.cli.export_pddl",
     "node controller": "scbm.cli.node_verbs.node_controller",
     "node resources": "scbm.cli.node_verbs.node_resources",

@@ -100,6 +100,11 @@ class Slug(StrEnum):
     PLANNER_MISSING = "planner-missing"
     PLANNER_FAILED = "planner-failed"
 
+    # models in PDDL
+    BAD_PDDL = "bad-pddl"
+    PDDL_MISSING = "pddl-missing"
+    PDDL_NOT_EXPRESSIBLE = "pddl-not-expressible"
+
     # test cases
     UNKNOWN_OPERATION = "unknown-operation"
     UNKNOWN_RESOURCE = "unknown-resource"

@@ -1,1 +1,7 @@
-"""PDDL that others wrote: domains and problems as model files."""
+"""Import of PDDL: a domain and a problem as the text of a lifted model (decision 54)."""
+
+from scbm.files.pddl.pddl_import import PddlImportOptions, imported_model
+from scbm.files.pddl.pddl_reader import read_pddl
+from scbm.files.pddl.pddl_text import PddlText
+
+__all__ = ["PddlImportOptions", "PddlText", "imported_model", "read_pddl"]

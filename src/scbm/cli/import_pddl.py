@@ -1,0 +1,47 @@
+"""`scbm import pddl`: writes a model for a domain and a problem of PDDL."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scbm.cli.output.terminal import results
+from scbm.files import FileWriter, read_file, read_model
+from scbm.files.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
+
+
+def command(
+    domain: Annotated[Path, typer.Argument(help="The file with the domain.", show_default=False)],
+    problem: Annotated[Path, typer.Argument(help="The file with the problem.", show_default=False)],
+    *,
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="MODEL", help="The model file to write.")] = Path(
+        "model.yaml"
+    ),
+    group: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--group",
+            metavar="PREDICATE[.PARAM]",
+            help="A parameter whose values exclude each other; the last one if it is left out.",
+        ),
+    ] = None,
+    resource: Annotated[
+        list[str] | None,
+        typer.Option("--resource", metavar="PARAM", help="The parameter, or its type, that names the resource."),
+    ] = None,
+    number_range: Annotated[
+        list[str] | None,
+        typer.Option("--range", metavar="FUNCTION=LOW..HIGH", help="The values of a numeric function."),
+    ] = None,
+) -> int:
+    """Write a model for a domain and a problem of PDDL, with its types, predicates and actions."""
+    writer = FileWriter([(domain, "the domain"), (problem, "the problem")])
+    writer.refuse_clashes({"--out": out})
+    writer.refuse_unwritable({"--out": out}, {})
+    domain_text, problem_text = (PddlText(str(path), read_file(path)) for path in (domain, problem))
+    options = PddlImportOptions(tuple(group or ()), tuple(resource or ()), tuple(number_range or ()))
+    text = imported_model(read_pddl(domain_text, problem_text), domain_text, problem_text, options)
+    read_model(text, str(out))
+    writer.write("--out", out, text.encode())
+    results().line(str(out))
+    return 0

@@ -1,0 +1,113 @@
+"""The ranges of numeric fluents: as the user gives them, or as conditions of the actions bound them."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from scbm.files.pddl.pddl_reader import conjuncts
+from scbm.files.spelling import suggestion
+from scbm.model import Diagnostic, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.files.pddl.pddl_task import PddlEffect, PddlFluent, PddlFormula, PddlLiftedAction, PddlTask
+    from scbm.files.pddl.pddl_text import PddlText
+
+_RANGE = re.compile(r"(?P<name>[^=]+)=(?P<low>-?\d+)\.\.(?P<high>-?\d+)")
+
+
+class NumberRanges:
+    """The lowest and the highest value of each numeric fluent.
+
+    An action that subtracts k needs a condition `fluent >= b`: the lowest value after it is b - k. So for the highest.
+
+    Attributes:
+        errors: fluents without a bound, and options that are wrong.
+    """
+
+    def __init__(self, task: PddlTask, fluents: Sequence[PddlFluent], domain: PddlText, asked: Sequence[str]) -> None:
+        self.errors: list[Diagnostic] = []
+        self._task = task
+        self._domain = domain
+        self._ranges: dict[str, tuple[int, int]] = {}
+        given = self._given(asked, [each.name for each in fluents])
+        for fluent in fluents:
+            values = list(task.initial[fluent.name].values()) or [0]
+            if fluent.name in given:
+                low, high = given[fluent.name]
+                if min(values) < low or max(values) > high:
+                    message = f"`{fluent.name}` begins with {min(values)}..{max(values)}, outside of {low}..{high}"
+                    self._wrong(message, None)
+                self._ranges[fluent.name] = low, high
+            else:
+                self._ranges[fluent.name] = self._inferred(fluent.name, min(values), max(values))
+
+    def shown(self, name: str) -> str:
+        """Return the domain of a fluent as text."""
+        low, high = self._ranges[name]
+        return f"{low}..{high}"
+
+    def _given(self, asked: Sequence[str], known: Sequence[str]) -> dict[str, tuple[int, int]]:
+        given = {}
+        for text in asked:
+            match = _RANGE.fullmatch(text.replace(" ", "").lower())
+            if match is None or int(match["low"]) > int(match["high"]):
+                self._wrong(f"`{text}` is no range of a function", "write `FUNCTION=0..10`")
+            elif match["name"] not in known:
+                message = f"`{match['name']}` is no function that conditions read"
+                self._wrong(message, suggestion(match["name"], known, "functions"))
+            else:
+                given[match["name"]] = int(match["low"]), int(match["high"])
+        return given
+
+    def _wrong(self, message: str, remedy: str | None) -> None:
+        self.errors.append(Diagnostic(Slug.BAD_OPTION, message, Place("--range"), remedy))
+
+    def _inferred(self, name: str, low: int, high: int) -> tuple[int, int]:
+        for action in self._task.actions:
+            for effect in action.effects:
+                if effect.fluent.name != name:
+                    continue
+                bounds = self._after(action, effect)
+                if bounds is None:
+                    message = f"nothing bounds `{name}`, which {action.name} changes"
+                    place = self._domain.inside_action(action.name, name)
+                    remedy = f"give its range: `--range {name}=0..10`"
+                    self.errors.append(self._domain.error(message, place, remedy))
+                    return low, high
+                low, high = min(low, bounds[0], bounds[1]), max(high, bounds[1], bounds[0])
+        return low, high
+
+    @staticmethod
+    def _after(action: PddlLiftedAction, effect: PddlEffect) -> tuple[int, int] | None:
+        """Return bounds of the new value, as far as the action gives them."""
+        if effect.value.kind != "number":
+            return None
+        step = effect.value.number
+        if effect.kind == "assign":
+            return step, step
+        step = step if effect.kind == "increase" else -step
+        bounds = []
+        for condition in (c for each in (*action.conditions, effect.condition) for c in conjuncts(each)):
+            bound = _bound(condition, effect.fluent, is_upper=step > 0)
+            if bound is not None:
+                bounds.append(bound + step)
+        if not bounds:
+            return None
+        nearest = min(bounds) if step > 0 else max(bounds)
+        return nearest, nearest
+
+
+def _bound(condition: PddlFormula, fluent: PddlFormula, *, is_upper: bool) -> int | None:
+    """Return the bound that a condition gives a fluent; `None` if it gives none."""
+    if condition.kind not in {"<=", "<", "equals"}:
+        return None
+    left, right = condition.parts
+    strict = int(condition.kind == "<")
+    if left == fluent and right.kind == "number" and (is_upper or condition.kind == "equals"):
+        return right.number - strict
+    if right == fluent and left.kind == "number" and (not is_upper or condition.kind == "equals"):
+        return left.number + strict
+    return None

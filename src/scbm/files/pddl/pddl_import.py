@@ -1,0 +1,683 @@
+"""A domain and a problem of PDDL as the text of a lifted model (decision 54)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, TypeVar
+
+from scbm.files.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
+from scbm.files.pddl.import_names import ImportNames
+from scbm.files.pddl.number_ranges import NumberRanges
+from scbm.files.pddl.pddl_reader import conjuncts, inner_formulas, negated
+from scbm.files.pddl.pddl_task import FALSE, TRUE, PddlFormula
+from scbm.files.spelling import suggestion
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from scbm.files.pddl.action_cases import ActionCase
+    from scbm.files.pddl.pddl_task import (
+        Fact,
+        FormulaKind,
+        PddlDuration,
+        PddlEffect,
+        PddlFluent,
+        PddlLiftedAction,
+        PddlTask,
+    )
+    from scbm.files.pddl.pddl_text import PddlText
+
+_Item = TypeVar("_Item")
+
+_WIDTH = 110
+"""A guard that is longer has one conjunct in each line."""
+
+_DEADLINE = 10
+"""The deadline, in seconds, of a request whose action has no duration."""
+
+
+@dataclass(frozen=True, slots=True)
+class PddlImportOptions:
+    """What the user says about a domain.
+
+    Attributes:
+        groups: predicates whose values exclude each other: `at`, `at.zone`.
+        resources: parameters, or types of parameters, that name the resource of an action.
+        ranges: the ranges of numeric fluents: `fuel=0..10`.
+    """
+
+    groups: tuple[str, ...] = ()
+    resources: tuple[str, ...] = ()
+    ranges: tuple[str, ...] = ()
+
+
+def imported_model(task: PddlTask, domain: PddlText, problem: PddlText, options: PddlImportOptions) -> str:
+    """Return the text of a model that means the same as a problem of PDDL. Raise `InputError` with all errors."""
+    return _ModelText(task, domain, problem, options).text()
+
+
+class _ModelText:
+    def __init__(self, task: PddlTask, domain: PddlText, problem: PddlText, options: PddlImportOptions) -> None:
+        self._task = task
+        self._domain = domain
+        self._problem = problem
+        self._errors: dict[Diagnostic, None] = {}
+        self._names = ImportNames(task)
+        self._nothing = "nothing" if "nothing" not in task.objects else self._names.fresh("nothing")
+        self._objects_of = {kind: self._objects(kind) for kind in task.types}
+        changed = {effect.fluent.name: None for action in task.actions for effect in action.effects}
+        self._read = self._read_fluents()
+        unread = [n for n, f in task.fluents.items() if f.is_numeric and n not in self._read]
+        self._ignored = dict.fromkeys(unread)
+        self._static = {name: None for name, f in task.fluents.items() if name not in changed and not f.is_numeric}
+        self._resources = self._resource_parameters(options.resources)
+        self._groups = self._chosen_groups(options.groups)
+        self._complete = {name: self._is_complete(name, index) for name, index in self._groups.items()}
+        numbers = [f for n, f in task.fluents.items() if f.is_numeric and n not in self._ignored]
+        self._ranges = NumberRanges(task, numbers, domain, options.ranges)
+        self._errors |= dict.fromkeys(self._ranges.errors)
+        self._commands: dict[str, dict[str, None]] = {}
+        self._latencies: dict[str, list[tuple[int, int]]] = {}
+        self._resource_types: dict[str, dict[str, None]] = {}
+        self._tables: list[str] = []
+
+    def text(self) -> str:
+        operations = [line for action in self._task.actions for line in self._operation_lines(action)]
+        goals = self._goal_lines()
+        variables = self._variable_lines()
+        resources = self._resource_lines()
+        if self._errors:
+            raise InputError(list(self._errors))
+        used = "\n".join((*operations, *goals, *variables))
+        tables = [*self._tables, *self._static_tables(used)]
+        sections = [
+            ("types", self._type_lines()),
+            ("tables", tables),
+            ("variables", variables or ["  # none"]),
+            ("resources", resources),
+            ("operations", operations),
+            ("goals", goals),
+        ]
+        name = "".join(c if c.isalnum() or c == "_" else "_" for c in self._task.name)
+        lines = [f"# Imported from PDDL: {self._domain.file}, {self._problem.file}"]
+        if self._ignored:
+            lines.append(f"# Left out, since no condition reads it: {', '.join(self._ignored)}")
+        lines.append(f"behavior_model: {name if name[:1].isalpha() else f'x{name}'}")
+        for section, content in sections:
+            if content:
+                lines += ["", f"{section}:", *content]
+            elif section in {"variables", "operations"}:
+                lines += ["", f"{section}: {{}}"]
+        return "\n".join(lines) + "\n"
+
+    # objects
+
+    def _objects(self, kind: str) -> tuple[str, ...]:
+        own = [name for name, each in self._task.objects.items() if each == kind]
+        below = [each for each, parent in self._task.types.items() if parent == kind]
+        return tuple(dict.fromkeys([*own, *(each for child in below for each in self._objects(child))]))
+
+    def _type_lines(self) -> list[str]:
+        lines = []
+        for kind, parent in self._task.types.items():
+            own = [self._names.objects[n] for n, each in self._task.objects.items() if each == kind]
+            listed = f"[{', '.join(own)}]"
+            name = self._names.types[kind]
+            text = listed if parent is None else f"{{objects: {listed}, of: {self._names.types[parent]}}}"
+            lines.append(f"  {name}: {text}")
+        return lines
+
+    def _static_tables(self, used: str) -> list[str]:
+        lines = []
+        for name in self._static:
+            fluent = self._task.fluents[name]
+            if fluent.parameters and f"{self._names.fluents[name]}(" in used:
+                rows = [fact for fact, value in self._task.initial[name].items() if value]
+                lines.append(self._table(self._names.fluents[name], fluent.types, rows))
+        return lines
+
+    def _table(self, name: str, types: Sequence[str], rows: Iterable[Fact]) -> str:
+        shown = ", ".join(f"[{', '.join(self._names.objects[each] for each in row)}]" for row in rows)
+        return f"  {name}: {{of: [{', '.join(self._names.types[t] for t in types)}], rows: [{shown}]}}"
+
+    def _read_fluents(self) -> dict[str, None]:
+        """Return the fluents that conditions, durations or values of read fluents read."""
+        task = self._task
+        formulas = [*task.goals]
+        for action in task.actions:
+            formulas += action.conditions
+            formulas += [effect.condition for effect in action.effects]
+            if action.duration is not None:
+                formulas += [action.duration.lowest, action.duration.highest]
+        read = _fluents_in(formulas)
+        size = -1
+        while size != (size := len(read)):
+            values = [e.value for a in task.actions for e in a.effects if e.fluent.name in read]
+            read |= _fluents_in(values)
+        return read
+
+    # groups
+
+    def _chosen_groups(self, asked: tuple[str, ...]) -> dict[str, int]:
+        groups: dict[str, int] = {}
+        for text in asked:
+            chosen = self._asked_group(text)
+            if chosen is None:
+                continue
+            name, index = chosen
+            faults = list(self._group_faults(name, index))
+            self._errors |= dict.fromkeys(faults)
+            groups[name] = index
+        for name, index in self._task.exclusive.items():
+            usable = name not in self._static and name not in groups and name in self._task.fluents
+            if usable and not any(True for _ in self._group_faults(name, index)):
+                groups[name] = index
+        return groups
+
+    def _asked_group(self, text: str) -> tuple[str, int] | None:
+        name, _, parameter = text.lower().partition(".")
+        known = [n for n, f in self._task.fluents.items() if not f.is_numeric and n not in self._static]
+        known = [n for n in known if self._task.fluents[n].parameters]
+        if name not in known:
+            message = f"`{name}` is no predicate with parameters that changes"
+            self._wrong_option("--group", message, suggestion(name, known, "predicates"))
+            return None
+        names = [each for each, _ in self._task.fluents[name].parameters]
+        if not parameter:
+            return name, len(names) - 1
+        if parameter.lstrip("?") not in names:
+            message = f"`{name}` has no parameter `{parameter}`"
+            self._wrong_option("--group", message, suggestion(parameter, names, "parameters"))
+            return None
+        return name, names.index(parameter.lstrip("?"))
+
+    def _wrong_option(self, option: str, message: str, remedy: str | None) -> None:
+        self._errors[Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy)] = None
+
+    def _group_faults(self, name: str, index: int) -> Iterator[Diagnostic]:
+        """Yield the reasons why the values of a parameter cannot be those of one variable."""
+        seen: dict[Fact, str] = {}
+        for fact, value in self._task.initial[name].items():
+            if value:
+                objects, each = _without(fact, index), fact[index]
+                if objects in seen:
+                    message = f"`{name}` cannot be one variable: it holds for {seen[objects]} and {each} at first"
+                    yield self._problem.error(message, self._problem.first(name), "leave out its `--group`")
+                    break
+                seen[objects] = each
+        for action in self._task.actions:
+            effects = [effect for effect in action.effects if effect.fluent.name == name]
+            added = [e for e in effects if e.value == TRUE]
+            for effect in effects:
+                key = _without(effect.fluent.parts, index)
+                alike = [e for e in added if _without(e.fluent.parts, index) == key]
+                if effect.value == TRUE:
+                    if effect.variables or any(e.fluent != effect.fluent for e in alike):
+                        yield self._group_fault(action, name, "it adds several values of it")
+                elif not any(e.condition == effect.condition and not e.variables for e in alike):
+                    conditions = [c for each in (*action.conditions, effect.condition) for c in conjuncts(each)]
+                    if effect.variables or effect.fluent not in conditions:
+                        yield self._group_fault(
+                            action, name, "it deletes a value that its precondition does not require"
+                        )
+
+    def _group_fault(self, action: PddlLiftedAction, name: str, reason: str) -> Diagnostic:
+        message = f"`{name}` cannot be one variable because of {action.name}: {reason}"
+        place = self._domain.inside_action(action.name, name)
+        return self._domain.error(message, place, "leave out its `--group`")
+
+    def _is_complete(self, name: str, index: int) -> bool:
+        """Return whether some value of a group holds always, so that no value for nothing is needed."""
+        keys = [_without(fact, index) for fact, value in self._task.initial[name].items() if value]
+        types = _without(self._task.fluents[name].types, index)
+        if len(keys) != len(list(product(*(self._objects_of[t] for t in types)))):
+            return False
+        for action in self._task.actions:
+            effects = [effect for effect in action.effects if effect.fluent.name == name]
+            added = [(_without(e.fluent.parts, index), e.condition, e.moment) for e in effects if e.value == TRUE]
+            for effect in effects:
+                key = _without(effect.fluent.parts, index), effect.condition
+                if effect.value != TRUE and not any(a[:2] == key and a[2] >= effect.moment for a in added):
+                    return False
+        return True
+
+    # conditions
+
+    def _simplified(self, formula: PddlFormula) -> PddlFormula:  # noqa: C901, PLR0911 - one branch for each kind
+        """Return a condition with the static facts about objects decided."""
+        parts = tuple(self._simplified(part) for part in formula.parts)
+        match formula.kind:
+            case "and":
+                flat = [each for part in parts for each in conjuncts(part)]
+                flat = [each for each in dict.fromkeys(flat) if each != TRUE]
+                if FALSE in flat:
+                    return FALSE
+                return flat[0] if len(flat) == 1 else PddlFormula("and", tuple(flat))
+            case "or":
+                flat = [each for part in parts for each in (part.parts if part.kind == "or" else (part,))]
+                flat = [each for each in dict.fromkeys(flat) if each != FALSE]
+                if TRUE in flat:
+                    return TRUE
+                return flat[0] if len(flat) == 1 else PddlFormula("or", tuple(flat))
+            case "not":
+                if parts[0] in (TRUE, FALSE):
+                    return FALSE if parts[0] == TRUE else TRUE
+                return negated(parts[0])
+            case "forall" | "exists":
+                if parts[0] in (TRUE, FALSE) and all(self._objects_of[kind] for _, kind in formula.variables):
+                    return parts[0]
+            case "equals" if parts[0] == parts[1]:
+                return TRUE
+            case "equals" if parts[0].kind == parts[1].kind == "object":
+                return FALSE
+            case "fluent" if formula.name in self._static and all(part.kind == "object" for part in parts):
+                holds = self._task.initial[formula.name].get(tuple(part.name for part in parts), 0)
+                return TRUE if holds else FALSE
+            case _:
+                pass
+        return replace(formula, parts=parts)
+
+    def _is_static(self, formula: PddlFormula) -> bool:
+        return not any(f.kind == "fluent" and f.name not in self._static for f in inner_formulas(formula))
+
+    def _shown(  # noqa: PLR0911 - one branch for each kind
+        self, formula: PddlFormula, scope: Mapping[str, str], *, inner: bool = False
+    ) -> str:
+        """Return a condition as text; `inner` if it is an operand."""
+        match formula.kind:
+            case "and" | "or":
+                if not formula.parts:
+                    return "true" if formula.kind == "and" else "!true"
+                sign = " && " if formula.kind == "and" else " || "
+                text = sign.join(self._shown(part, scope, inner=True) for part in formula.parts)
+                return f"({text})" if inner else text
+            case "not":
+                return self._negation(formula.parts[0], scope)
+            case "forall" | "exists":
+                return self._quantified(formula, scope, inner=inner)
+            case "equals" | "<=" | "<":
+                return self._comparison(formula, scope)
+            case "fluent" if not self._task.fluents[formula.name].is_numeric:
+                return self._fact(formula, scope, "==")
+            case _:
+                return self._term(formula, scope)
+
+    def _negation(self, formula: PddlFormula, scope: Mapping[str, str]) -> str:
+        if formula.kind == "fluent":
+            return self._fact(formula, scope, "!=")
+        if formula.kind == "equals":
+            return self._comparison(formula, scope, "!=")
+        if formula.kind in {"<=", "<"}:
+            opposite: FormulaKind = "<" if formula.kind == "<=" else "<="
+            return self._comparison(PddlFormula(opposite, formula.parts[::-1]), scope)
+        return f"!({self._shown(formula, scope)})"
+
+    def _fact(self, formula: PddlFormula, scope: Mapping[str, str], sign: str) -> str:
+        name = self._names.fluents[formula.name]
+        if formula.name in self._static:
+            arguments = ", ".join(self._term(part, scope) for part in formula.parts)
+            return f"{'!' if sign == '!=' else ''}{name}({arguments})"
+        index = self._groups.get(formula.name)
+        if index is None:
+            return f"{self._reference(name, formula.parts, scope)} == {'true' if sign == '==' else 'false'}"
+        reference = self._reference(name, _without(formula.parts, index), scope)
+        return f"{reference} {sign} {self._term(formula.parts[index], scope)}"
+
+    def _reference(self, name: str, key: Iterable[PddlFormula], scope: Mapping[str, str]) -> str:
+        return ".".join([name, *(self._term(term, scope) for term in key)])
+
+    def _comparison(self, formula: PddlFormula, scope: Mapping[str, str], sign: str = "") -> str:
+        left, right = formula.parts
+        sign = sign or {"equals": "=="}.get(formula.kind, formula.kind)
+        if left.kind == "number":
+            left, right = right, left
+            sign = {"<=": ">=", "<": ">"}.get(sign, sign)
+        return f"{self._term(left, scope)} {sign} {self._term(right, scope)}"
+
+    def _quantified(self, formula: PddlFormula, scope: Mapping[str, str], *, inner: bool) -> str:
+        names = self._names.parameters([*scope, *(name for name, _ in formula.variables)])
+        inside = {**scope, **{name: names[name] for name, _ in formula.variables}}
+        text = f"({self._shown(formula.parts[0], inside)})"
+        for name, kind in reversed(formula.variables):
+            text = f"{formula.kind} {inside[name]} in {self._names.types[kind]}. {text}"
+            if name != formula.variables[0][0]:
+                text = f"({text})"
+        return f"({text})" if inner else text
+
+    def _term(self, formula: PddlFormula, scope: Mapping[str, str]) -> str:  # noqa: PLR0911 - one branch for each kind
+        match formula.kind:
+            case "parameter":
+                return scope[formula.name]
+            case "object":
+                return self._names.objects[formula.name]
+            case "number":
+                return str(formula.number)
+            case "fluent":
+                return self._reference(self._names.fluents[formula.name], formula.parts, scope)
+            case "+":
+                return " + ".join(self._term(part, scope) for part in formula.parts)
+            case "-":
+                first, *others = formula.parts
+                return " - ".join([self._term(first, scope), *(self._operand(each, scope) for each in others)])
+            case _:
+                return self._shown(formula, scope, inner=True)
+
+    def _operand(self, formula: PddlFormula, scope: Mapping[str, str]) -> str:
+        text = self._term(formula, scope)
+        return f"({text})" if formula.kind in {"+", "-"} else text
+
+    # variables
+
+    def _variable_lines(self) -> list[str]:
+        lines: list[str] = []
+        for name, fluent in self._task.fluents.items():
+            if name not in self._static and name not in self._ignored:
+                lines += self._declaration(fluent)
+        for resource, commands in self._commands.items():
+            index = self._index_types(resource)
+            domain = f"{{domain: [none, {', '.join(commands)}], initial: none}}"
+            lines += [f"  {resource}_command{each}: {domain}" for each in index]
+        return lines
+
+    def _declaration(self, fluent: PddlFluent) -> list[str]:
+        """Return the entries of a variable: one for each initial value."""
+        name, index = fluent.name, self._groups.get(fluent.name)
+        parameters = fluent.parameters if index is None else _without(fluent.parameters, index)
+        keys = list(product(*(self._objects_of[kind] for _, kind in parameters)))
+        if index is not None:
+            kind = self._names.types[fluent.types[index]]
+            domain = kind if self._complete[name] else f"[{kind}, {self._nothing}]"
+            held = {_without(f, index): self._names.objects[f[index]] for f, v in self._task.initial[name].items() if v}
+            values = {key: held.get(key, self._nothing) for key in keys}
+        elif fluent.is_numeric:
+            domain = self._ranges.shown(name)
+            values = {key: str(self._task.initial[name].get(key, 0)) for key in keys}
+        else:
+            domain = "bool"
+            values = {key: "true" if self._task.initial[name].get(key, 0) else "false" for key in keys}
+        return list(self._entries(self._names.fluents[name], parameters, domain, values))
+
+    def _entries(
+        self, name: str, parameters: Sequence[tuple[str, str]], domain: str, values: Mapping[Fact, str]
+    ) -> Iterator[str]:
+        if not parameters:
+            yield f"  {name}: {{domain: {domain}, initial: {values[()]}}}"
+            return
+        different = list(dict.fromkeys(values.values()))
+        if len(different) <= 1:
+            types = ", ".join(self._names.types[kind] for _, kind in parameters)
+            if different:
+                yield f"  {name}[{types}]: {{domain: {domain}, initial: {different[0]}}}"
+            else:
+                yield f"  {name}[{types}]: {{domain: {domain}, initial: {self._some_value(domain)}}}"
+            return
+        rest = max(different, key=lambda value: sum(v == value for v in values.values()))
+        if domain == "bool":
+            rest = "false"
+        listed = [value for value in different if value != rest]
+        excluded: list[str] = []
+        for number, value in enumerate((*listed, rest)):
+            words = self._names.parameters([p if not number else f"{p}_{number + 1}" for p, _ in parameters])
+            own = list(words.values())
+            if value == rest:
+                where = " && ".join(f"!{self._call(e, own)}" for e in excluded)
+            else:
+                facts = [key for key, each in values.items() if each == value]
+                table = self._initial_table(name, value, [kind for _, kind in parameters], facts)
+                excluded.append(table)
+                where = self._call(table, own)
+            shown = ", ".join(f"{w} in {self._names.types[k]}" for w, (_, k) in zip(own, parameters, strict=True))
+            yield f'  {name}[{shown}]: {{where: "{where}", domain: {domain}, initial: {value}}}'
+
+    def _initial_table(self, name: str, value: str, types: Sequence[str], facts: Sequence[Fact]) -> str:
+        """Return a table, or a set of objects, for the variables with one initial value."""
+        if len(types) == 1 and len(facts) <= 8:  # noqa: PLR2004 - so many names fit into one line
+            return f"{{{', '.join(self._names.objects[fact[0]] for fact in facts)}}}"
+        word = "" if value == "true" else f"_{value}" if not value.lstrip("-").isdigit() else f"_at_{value}"
+        table = self._names.fresh(f"{name}_first{word}")
+        self._tables.append(self._table(table, types, facts))
+        return table
+
+    @staticmethod
+    def _call(table: str, words: Sequence[str]) -> str:
+        return f"({words[0]} in {table})" if table.startswith("{") else f"{table}({', '.join(words)})"
+
+    def _some_value(self, domain: str) -> str:
+        return "false" if domain == "bool" else domain.partition("..")[0] if ".." in domain else self._nothing
+
+    # operations
+
+    def _operation_lines(self, action: PddlLiftedAction) -> list[str]:
+        action = replace(action, effects=tuple(e for e in action.effects if e.fluent.name not in self._ignored))
+        try:
+            cases = cases_of(action, self._objects_of.__getitem__, self._change, self._simplified)
+        except TooManyCasesError:
+            message = f"{action.name} has more than {MAX_ACTION_CASES} cases: effects with conditions are told apart"
+            place = self._domain.inside_action(action.name, "when")
+            self._errors[self._domain.error(message, place, "write several actions")] = None
+            return []
+        except ValueClashError as clash:
+            message = f"{action.name} gives `{clash.fluent}` two values at once"
+            place = self._domain.inside_action(action.name, clash.fluent)
+            self._errors[self._domain.error(message, place, "write one effect on it")] = None
+            return []
+        lines: list[str] = []
+        name = self._names.actions[action.name]
+        for case in cases:
+            made = self._case_lines(name, action, self._without_idle(case))
+            if made:
+                lines += made
+                name = self._names.fresh(self._names.actions[action.name])
+        return lines
+
+    def _change(self, effect: PddlEffect) -> VariableChange:
+        fluent, index = effect.fluent, self._groups.get(effect.fluent.name)
+        rank = 2 * effect.moment + (effect.value != FALSE)
+        if index is None:
+            return VariableChange(fluent.name, fluent.parts, effect.value, effect.kind, rank)
+        value = fluent.parts[index] if effect.value == TRUE else None
+        return VariableChange(fluent.name, _without(fluent.parts, index), value, effect.kind, rank)
+
+    def _condition_of(self, change: VariableChange) -> PddlFormula | None:
+        """Return the fact that makes a change change nothing; `None` for numbers and for groups without a value."""
+        index = self._groups.get(change.fluent)
+        if index is not None and change.value is not None:
+            return PddlFormula("fluent", (*change.key[:index], change.value, *change.key[index:]), change.fluent)
+        if change.value in (TRUE, FALSE):
+            fact = PddlFormula("fluent", change.key, change.fluent)
+            return fact if change.value == TRUE else negated(fact)
+        return None
+
+    def _without_idle(self, case: ActionCase) -> ActionCase:
+        """Return a case without changes that its condition makes idle, and with different values where they are not."""
+        changes = [change for change in case.changes if self._condition_of(change) not in case.conditions]
+        case = replace(case, changes=tuple(changes))
+        if len(changes) != 1 or changes[0].fluent not in self._groups or changes[0].value is None:
+            return case
+        (change,) = changes
+        index = self._groups[change.fluent]
+        for condition in case.conditions:
+            same = condition.kind == "fluent" and condition.name == change.fluent
+            if same and _without(condition.parts, index) == change.key:
+                old, new = condition.parts[index], changes[0].value
+                different = negated(PddlFormula("equals", (old, new)))
+                swapped = negated(PddlFormula("equals", (new, old)))
+                known = different in case.conditions or swapped in case.conditions
+                if not known and "parameter" in {old.kind, new.kind}:
+                    return replace(case, conditions=(*case.conditions, different))
+        return case
+
+    def _case_lines(self, name: str, action: PddlLiftedAction, case: ActionCase) -> list[str]:
+        if not case.changes:
+            return []
+        scope = self._names.parameters([parameter for parameter, _ in case.parameters])
+        static = [c for c in case.conditions if self._is_static(c) and case.parameters]
+        guards = [self._shown(c, scope, inner=len(case.conditions) > 1) for c in case.conditions if c not in static]
+        shown = ", ".join(f"{scope[p]} in {self._names.types[kind]}" for p, kind in case.parameters)
+        lines = [f"  {name}[{shown}]:" if case.parameters else f"  {name}:"]
+        if static:
+            where = " && ".join(self._shown(c, scope, inner=len(static) > 1) for c in static)
+            lines.append(f"    where: {_scalar(where)}")
+        actions = f"[{', '.join(self._assignment(change, scope) for change in case.changes)}]"
+        resource = self._resource_of(action, case, scope)
+        if resource is None:
+            lines += _guard_lines("      g", guards)
+            lines.insert(len(lines) - len(_guard_lines("      g", guards)), "    pre:")
+            return [*lines, f"    post: {{g: true, a: {actions}}}"]
+        base, index, longest = resource
+        lines.append(f"    request: {base}{index}")
+        self._commands.setdefault(base, {})[self._names.actions[action.name]] = None
+        lines.append(f"    with: {{{base}_command{index}: {self._names.actions[action.name]}}}")
+        lines.append(f"    deadline: {longest} s")
+        if guards:
+            lines += _guard_lines("    guard", guards)
+        return [*lines, f"    effects: {actions}"]
+
+    def _assignment(self, change: VariableChange, scope: Mapping[str, str]) -> str:
+        target = self._reference(self._names.fluents[change.fluent], change.key, scope)
+        value = change.value
+        if value is None:
+            return f"{target} <- {self._nothing}"
+        if value in (TRUE, FALSE):
+            return f"{target} <- {'true' if value == TRUE else 'false'}"
+        if change.kind == "assign":
+            return f"{target} <- {self._term(value, scope)}"
+        adds = change.kind == "increase"
+        if value.kind == "number":
+            return f"{target} {'+=' if adds == (value.number >= 0) else '-='} {abs(value.number)}"
+        return f"{target} <- {target} {'+' if adds else '-'} {self._operand(value, scope)}"
+
+    # resources
+
+    def _resource_parameters(self, asked: tuple[str, ...]) -> dict[str, tuple[str, str]]:
+        """Return the parameter of each action that names its resource, and the name of the resource."""
+        found: dict[str, tuple[str, str]] = {}
+        known: dict[str, None] = {}
+        for text in asked:
+            word = text.lower().lstrip("?")
+            uses = 0
+            for action in self._task.actions:
+                known |= dict.fromkeys(name for name, _ in action.parameters)
+                for name, kind in action.parameters:
+                    if action.name not in found and word in (name, kind):
+                        found[action.name] = (name, word)
+                        uses += 1
+            if not uses:
+                message = f"no action has a parameter `{word}`"
+                self._wrong_option("--resource", message, suggestion(word, list(known), "parameters"))
+        types: dict[str, str] = {}
+        for action in self._task.actions:
+            if action.name in found:
+                name, word = found[action.name]
+                types.setdefault(word, dict(action.parameters)[name])
+        names = {word: self._names.fresh(f"{kind}_controller") for word, kind in types.items()}
+        return {action: (name, names[word]) for action, (name, word) in found.items()}
+
+    def _resource_of(
+        self, action: PddlLiftedAction, case: ActionCase, scope: Mapping[str, str]
+    ) -> tuple[str, str, int] | None:
+        """Return the resource of an operation, its index, and the deadline in seconds; `None` without a request."""
+        chosen = self._resources.get(action.name)
+        times = self._seconds(action, action.duration) if action.duration is not None else None
+        if chosen is None and times is None:
+            return None
+        if chosen is None:
+            known = f"{self._names.actions[action.name]}_driver"
+            base, index = known, ""
+        else:
+            parameter, base = chosen
+            term = case.binding.get(parameter, PddlFormula("parameter", name=parameter))
+            index = f".{self._term(term, scope)}"
+            kind = dict(action.parameters)[parameter]
+            self._resource_types.setdefault(base, {})[kind] = None
+        if times is not None:
+            self._latencies.setdefault(base, []).append(times)
+        self._commands.setdefault(base, {})
+        return base, index, 2 * max(times[1], 1) if times is not None else _DEADLINE
+
+    def _seconds(self, action: PddlLiftedAction, duration: PddlDuration) -> tuple[int, int] | None:
+        lowest, highest = self._values(duration.lowest), self._values(duration.highest)
+        if lowest is None or highest is None:
+            message = f"the duration of {action.name} depends on what changes, or on sums"
+            place = self._domain.inside_action(action.name, ":duration")
+            self._errors[self._domain.error(message, place, "write a number, or a function that no action changes")] = (
+                None
+            )
+            return None
+        return min(lowest), max(highest)
+
+    def _values(self, term: PddlFormula) -> list[int] | None:
+        """Return the values that a duration can have; `None` if it is no number and no function that stays."""
+        if term.kind == "number":
+            return [term.number]
+        changed = {effect.fluent.name for action in self._task.actions for effect in action.effects}
+        if term.kind == "fluent" and term.name not in changed:
+            return list(self._task.initial[term.name].values()) or [0]
+        return None
+
+    def _resource_lines(self) -> list[str]:
+        lines = []
+        for base in self._commands:
+            times = self._latencies.get(base)
+            latency = ""
+            if times:
+                low, high = min(t for t, _ in times), max(t for _, t in times)
+                shown = f"{low} s" if low == high else f"{{uniform: [{low} s, {high} s]}}"
+                latency = f", simulation: {{latency: {shown}}}"
+            for kind in self._index_kinds(base):
+                if kind is None:
+                    lines.append(f"  {base}: {{request: [{base}_command]{latency}}}")
+                else:
+                    word = self._names.parameters([kind])[kind]
+                    key = f"{base}[{word} in {self._names.types[kind]}]"
+                    lines.append(f"  {key}: {{request: [{base}_command.{word}]{latency}}}")
+        return lines
+
+    def _index_kinds(self, base: str) -> list[str | None]:
+        """Return the types that index a resource: none of them below another one."""
+        kinds = self._resource_types.get(base)
+        if kinds is None:
+            return [None]
+        return [kind for kind in kinds if not any(parent in kinds for parent in self._parents(kind))]
+
+    def _parents(self, kind: str) -> Iterator[str]:
+        parent = self._task.types[kind]
+        while parent is not None:
+            yield parent
+            parent = self._task.types[parent]
+
+    def _index_types(self, base: str) -> list[str]:
+        return ["" if kind is None else f"[{self._names.types[kind]}]" for kind in self._index_kinds(base)]
+
+    # goals
+
+    def _goal_lines(self) -> list[str]:
+        goal = self._simplified(PddlFormula("and", self._task.goals))
+        parts = conjuncts(goal)
+        if len(parts) > 1:
+            return _guard_lines("  goal", [self._shown(part, {}, inner=True) for part in parts])
+        return _guard_lines("  goal", [self._shown(part, {}) for part in parts])
+
+
+def _without(items: Sequence[_Item], index: int) -> tuple[_Item, ...]:
+    return (*items[:index], *items[index + 1 :])
+
+
+def _fluents_in(formulas: Iterable[PddlFormula]) -> dict[str, None]:
+    return {each.name: None for formula in formulas for each in inner_formulas(formula) if each.kind == "fluent"}
+
+
+def _guard_lines(key: str, conjuncts_shown: Sequence[str]) -> list[str]:
+    """Return a guard with its key: in one line, or with one conjunct in each line."""
+    text = " && ".join(conjuncts_shown) or "true"
+    if len(key) + len(text) <= _WIDTH or len(conjuncts_shown) == 1:
+        return [f"{key}: {_scalar(text)}"]
+    indent = " " * (len(key) - len(key.lstrip()) + 2)
+    return [f"{key}:", *(f"{indent}- {_scalar(each)}" for each in conjuncts_shown)]
+
+
+def _scalar(text: str) -> str:
+    """Return a text as a scalar of YAML."""
+    return f'"{text}"' if text[0] in "!{[&*>|%@" or ": " in text or " #" in text else text

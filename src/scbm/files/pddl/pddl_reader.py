@@ -1,0 +1,258 @@
+"""Reads a domain and a problem of PDDL with `unified-planning` (extra `pddl`)."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from scbm.files.pddl.exclusive import exclusive_parameters
+from scbm.files.pddl.pddl_task import (
+    FALSE,
+    TRUE,
+    PddlDuration,
+    PddlEffect,
+    PddlFluent,
+    PddlFormula,
+    PddlLiftedAction,
+    PddlTask,
+)
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.files.pddl.pddl_task import FormulaKind
+    from scbm.files.pddl.pddl_text import PddlText
+    from scbm.model import Diagnostic as Error
+
+_LINE_AND_COLUMN = re.compile(r"line:? (?P<line>\d+),? col(?:umn)?:? ?(?P<column>\d+)|line:(?P<l>\d+), col:(?P<c>\d+)")
+
+_KINDS: dict[str, FormulaKind] = {
+    "AND": "and",
+    "OR": "or",
+    "NOT": "not",
+    "EQUALS": "equals",
+    "LE": "<=",
+    "LT": "<",
+    "PLUS": "+",
+    "MINUS": "-",
+}
+"""The operators of `unified-planning` that are those of a formula."""
+
+_REFUSED = {
+    ":derived": "derived predicates",
+    ":constraints": "constraints on plans",
+    "preference": "preferences",
+    ":process": "processes",
+    ":event": "events",
+    "either": "`either`",
+    "#t": "continuous effects",
+}
+"""Sections and words of PDDL that a model cannot express."""
+
+
+def read_pddl(domain: PddlText, problem: PddlText) -> PddlTask:
+    """Return the problem of a domain. Raise `InputError` with all errors, or if the extra is missing."""
+    refused = [
+        text.error(f"{what} cannot be expressed in a model", place, "leave them out of the import")
+        for text in (domain, problem)
+        for word, what in _REFUSED.items()
+        if (place := text.first(word, f"({word}")).line
+    ]
+    if refused:
+        raise InputError(refused)
+    return _TaskReader(domain, problem).task(_parsed(domain, problem))
+
+
+def _parsed(domain: PddlText, problem: PddlText) -> Any:  # noqa: ANN401 - a library that is optional, without types
+    try:
+        reader = import_module("unified_planning.io").PDDLReader
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "unified_planning":
+            raise
+        message = "unified-planning is not installed, which reads PDDL"
+        remedy = "run `pip install 'scbm[pddl]'`"
+        raise InputError([Diagnostic(Slug.PDDL_MISSING, message, Place("scbm import pddl"), remedy)]) from None
+    try:
+        reader().parse_problem_string(domain.text)
+    except Exception as error:  # noqa: BLE001 - the library raises errors of many kinds for wrong files
+        raise InputError([_syntax_error(domain, error)]) from None
+    try:
+        return reader().parse_problem_string(domain.text, problem.text)
+    except Exception as error:  # noqa: BLE001 - the same
+        raise InputError([_syntax_error(problem, error)]) from None
+
+
+def _syntax_error(text: PddlText, error: Exception) -> Error:
+    shown = " ".join(str(error).split()) or type(error).__name__
+    match = _LINE_AND_COLUMN.search(shown)
+    place = Place(text.file)
+    if match is not None:
+        place = text.at(int(match["line"] or match["l"]), int(match["column"] or match["c"]))
+        shown = shown[: match.start()].removesuffix("From ").rstrip(" (.,")
+    shown = re.sub(r"\s*\(at char \d+\)?", "", shown)
+    return text.error(f"this is no PDDL that can be read: {shown[:300]}", place, slug=Slug.BAD_PDDL)
+
+
+class _TaskReader:
+    """Turns a problem of `unified-planning` into a task, and collects what a model cannot express."""
+
+    def __init__(self, domain: PddlText, problem: PddlText) -> None:
+        self._domain = domain
+        self._problem = problem
+        self._errors: dict[Error, None] = {}
+        self._action: str | None = None
+
+    def task(self, problem: Any) -> PddlTask:  # noqa: ANN401 - of the library
+        fluents = {
+            fluent.name: PddlFluent(
+                fluent.name,
+                tuple((each.name, _type_name(each.type)) for each in fluent.signature),
+                not fluent.type.is_bool_type(),
+            )
+            for fluent in problem.fluents
+        }
+        types: dict[str, str | None] = {}
+        for kind in problem.user_types:
+            types[kind.name] = kind.father.name if kind.father is not None else None
+        actions = tuple(self._action_of(action) for action in problem.actions)
+        self._action = None
+        goals = tuple(self._formula(goal) for goal in problem.goals)
+        initial: dict[str, dict[tuple[str, ...], int]] = {name: {} for name in fluents}
+        for fact, value in problem.explicit_initial_values.items():
+            objects = tuple(argument.object().name for argument in fact.args)
+            number = self._constant(value, fact.fluent().name)
+            initial[fact.fluent().name][objects] = number
+        for timed in getattr(problem, "timed_effects", None) or ():
+            self._refuse(f"facts at given times cannot be expressed in a model ({timed})", "at")
+        if self._errors:
+            raise InputError(list(self._errors))
+        return PddlTask(
+            problem.name or "imported",
+            types,
+            {each.name: _type_name(each.type) for each in problem.all_objects},
+            fluents,
+            actions,
+            initial,
+            goals,
+            exclusive_parameters(problem),
+        )
+
+    def _refuse(self, message: str, *words: str, remedy: str | None = None) -> None:
+        text = self._domain if self._action is not None else self._problem
+        place = text.first(*words)
+        if self._action is not None:
+            place = text.inside_action(self._action, words[0]) if words else text.action(self._action)
+        self._errors[text.error(message, place, remedy)] = None
+
+    def _action_of(self, action: Any) -> PddlLiftedAction:  # noqa: ANN401 - of the library
+        self._action = action.name
+        duration = None
+        if hasattr(action, "duration"):
+            bounds = action.duration
+            duration = PddlDuration(self._formula(bounds.lower), self._formula(bounds.upper))
+            conditions, effects = self._timed_parts(action)
+        else:
+            conditions = tuple(self._formula(each) for each in action.preconditions)
+            effects = tuple(self._effect(each, 1) for each in action.effects)
+        parameters = tuple((each.name, _type_name(each.type)) for each in action.parameters)
+        return PddlLiftedAction(action.name, parameters, conditions, effects, duration)
+
+    def _timed_parts(self, action: Any) -> tuple[tuple[PddlFormula, ...], tuple[PddlEffect, ...]]:  # noqa: ANN401 - of the library
+        effects = tuple(
+            self._effect(each, int(not timing.is_from_start()))
+            for timing, several in action.effects.items()
+            for each in several
+        )
+        started = {(each.fluent, each.value) for each in effects if each.moment == 0 and each.condition == TRUE}
+        conditions = []
+        for interval, several in action.conditions.items():
+            at_start = interval.lower.is_from_start() and interval.upper.is_from_start()
+            for each in several:
+                formulas = conjuncts(self._formula(each))
+                conditions += [f for f in formulas if at_start or _asserted(f) not in started]
+        return tuple(dict.fromkeys(conditions)), effects
+
+    def _effect(self, effect: Any, moment: int) -> PddlEffect:  # noqa: ANN401 - of the library
+        kinds = {"ASSIGN": "assign", "INCREASE": "increase", "DECREASE": "decrease"}
+        kind = kinds.get(effect.kind.name)
+        if kind is None:
+            self._refuse(f"the effect on {effect.fluent.fluent().name} changes with time", effect.fluent.fluent().name)
+            kind = "assign"
+        variables = tuple((each.name, _type_name(each.type)) for each in effect.forall)
+        return PddlEffect(
+            self._formula(effect.fluent),
+            self._formula(effect.value),
+            kind,  # type: ignore[arg-type] # mypy does not follow the values of a dictionary
+            self._formula(effect.condition),
+            variables,
+            moment,
+        )
+
+    def _constant(self, value: Any, name: str) -> int:  # noqa: ANN401 - of the library
+        if value.is_bool_constant():
+            return int(value.bool_constant_value())
+        number = value.constant_value()
+        if number != int(number):
+            message = f"{name} has the value {number}, and variables have whole numbers"
+            self._refuse(message, name, remedy="write it in smaller units")
+        return int(number)
+
+    def _formula(self, node: Any) -> PddlFormula:  # noqa: ANN401, C901, PLR0911 - of the library; a branch for each kind
+        kind = node.node_type.name
+        if node.is_bool_constant():
+            return TRUE if node.bool_constant_value() else FALSE
+        if kind in {"INT_CONSTANT", "REAL_CONSTANT"}:
+            return PddlFormula("number", number=self._constant(node, str(node)))
+        if node.is_fluent_exp():
+            return PddlFormula("fluent", tuple(map(self._formula, node.args)), node.fluent().name)
+        if node.is_parameter_exp():
+            return PddlFormula("parameter", name=node.parameter().name)
+        if node.is_variable_exp():
+            return PddlFormula("parameter", name=node.variable().name)
+        if node.is_object_exp():
+            return PddlFormula("object", name=node.object().name)
+        if kind in {"FORALL", "EXISTS"}:
+            variables = tuple((each.name, _type_name(each.type)) for each in node.variables())
+            parts = tuple(map(self._formula, node.args))
+            return PddlFormula("forall" if kind == "FORALL" else "exists", parts, variables=variables)
+        parts = tuple(map(self._formula, node.args))
+        if kind == "IMPLIES":
+            return PddlFormula("or", (PddlFormula("not", parts[:1]), parts[1]))
+        if kind == "IFF":
+            return PddlFormula("or", (PddlFormula("and", parts), PddlFormula("and", tuple(map(negated, parts)))))
+        if kind not in _KINDS:
+            message = f"`{node}` cannot be expressed in a model"
+            self._refuse(message, {"TIMES": "*", "DIV": "/"}.get(kind, kind.lower()))
+            return TRUE
+        return PddlFormula(_KINDS[kind], parts)
+
+
+def _type_name(kind: Any) -> str:  # noqa: ANN401 - of the library
+    return str(kind.name)
+
+
+def _asserted(formula: PddlFormula) -> tuple[PddlFormula, PddlFormula] | None:
+    if formula.kind == "not":
+        return formula.parts[0], FALSE
+    return formula, TRUE
+
+
+def conjuncts(formula: PddlFormula) -> list[PddlFormula]:
+    """Return the conjuncts of a condition, none of them a conjunction."""
+    if formula.kind != "and":
+        return [formula]
+    return [each for part in formula.parts for each in conjuncts(part)]
+
+
+def negated(formula: PddlFormula) -> PddlFormula:
+    """Return the negation of a condition."""
+    return formula.parts[0] if formula.kind == "not" else PddlFormula("not", (formula,))
+
+
+def inner_formulas(formula: PddlFormula) -> Iterator[PddlFormula]:
+    """Yield a formula and all formulas in it."""
+    yield formula
+    for part in formula.parts:
+        yield from inner_formulas(part)

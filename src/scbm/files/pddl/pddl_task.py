@@ -1,0 +1,119 @@
+"""A problem of PDDL as values: what the reader finds and the writer of models needs, without `unified-planning`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+FormulaKind: TypeAlias = Literal[
+    "and", "or", "not", "forall", "exists", "fluent", "parameter", "object", "number", "equals", "<=", "<", "+", "-"
+]
+
+
+@dataclass(frozen=True, slots=True)
+class PddlFormula:
+    """A condition or a term.
+
+    Attributes:
+        kind: what it is; `equals` compares two objects or two numbers.
+        parts: its operands, or the arguments of a fluent.
+        name: of a fluent, a parameter or an object.
+        number: of a number.
+        variables: what a quantifier is over: names with their types.
+    """
+
+    kind: FormulaKind
+    parts: tuple[PddlFormula, ...] = ()
+    name: str = ""
+    number: int = 0
+    variables: tuple[tuple[str, str], ...] = ()
+
+
+TRUE, FALSE = PddlFormula("and"), PddlFormula("or")
+
+
+@dataclass(frozen=True, slots=True)
+class PddlFluent:
+    """A predicate or a numeric function: its name, and its parameters with their types."""
+
+    name: str
+    parameters: tuple[tuple[str, str], ...]
+    is_numeric: bool = False
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """The type of each parameter."""
+        return tuple(kind for _, kind in self.parameters)
+
+
+EffectKind: TypeAlias = Literal["assign", "increase", "decrease"]
+
+
+@dataclass(frozen=True, slots=True)
+class PddlEffect:
+    """What an action changes: a fluent becomes a value, or more, or less by it.
+
+    Attributes:
+        fluent: the fluent with its arguments.
+        value: `TRUE`, `FALSE`, or a number.
+        kind: whether the value is assigned, added or subtracted.
+        condition: where the effect happens.
+        variables: the objects that it happens for.
+        moment: 0 at the start of an action with a duration, 1 at its end.
+    """
+
+    fluent: PddlFormula
+    value: PddlFormula
+    kind: EffectKind = "assign"
+    condition: PddlFormula = TRUE
+    variables: tuple[tuple[str, str], ...] = ()
+    moment: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class PddlDuration:
+    """The shortest and the longest duration of an action, as terms over its parameters, in seconds."""
+
+    lowest: PddlFormula
+    highest: PddlFormula
+
+
+@dataclass(frozen=True, slots=True)
+class PddlLiftedAction:
+    """An action with parameters, as the domain has it."""
+
+    name: str
+    parameters: tuple[tuple[str, str], ...]
+    conditions: tuple[PddlFormula, ...]
+    effects: tuple[PddlEffect, ...]
+    duration: PddlDuration | None = None
+
+
+Fact: TypeAlias = "tuple[str, ...]"
+"""The objects that a fluent is about."""
+
+
+@dataclass(frozen=True, slots=True)
+class PddlTask:
+    """A domain with one problem.
+
+    Attributes:
+        name: of the problem.
+        types: the types with their parents, parents first.
+        objects: the objects with their types, in order.
+        fluents: predicates and numeric functions, by name.
+        initial: the values of each fluent that the problem gives.
+        exclusive: for fluents, the parameter whose values are proved to exclude each other.
+    """
+
+    name: str
+    types: Mapping[str, str | None]
+    objects: Mapping[str, str]
+    fluents: Mapping[str, PddlFluent]
+    actions: tuple[PddlLiftedAction, ...]
+    initial: Mapping[str, Mapping[Fact, int]]
+    goals: tuple[PddlFormula, ...]
+    exclusive: Mapping[str, int] = field(default_factory=dict)
