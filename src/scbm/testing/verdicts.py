@@ -137,6 +137,10 @@ class FailureKind(StrEnum):
     LOST = "lost"
 
 
+_MISSED_GOAL = (FailureKind.NOT_REACHED, FailureKind.LIVELOCK)
+"""The kinds of failures that are about the end of the run for one goal."""
+
+
 @dataclass(frozen=True, slots=True)
 class Failure:
     """One reason to call a case failed.
@@ -240,6 +244,13 @@ class Verdict:
     def passed(self) -> bool:
         """Whether the case passed."""
         return not self.failures
+
+    @property
+    def end_in_words(self) -> str:
+        """The end of the run for the last goal; if that was reached, also whether an earlier goal was missed."""
+        words = self.end.value.replace("_", " ")
+        missed = self.excuses or any(failure.kind in _MISSED_GOAL for failure in self.failures)
+        return f"{words} with an earlier goal missed" if self.end is End.REACHED and missed else words
 
     @property
     def is_short(self) -> bool:

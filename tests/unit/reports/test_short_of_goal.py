@@ -72,3 +72,12 @@ def test_one_reason_needs_no_number_of_its_own() -> None:
 def test_missed_goals_are_counted_where_cases_have_several() -> None:
     words = short_of_goal_in_words(2, {Excuse.FAULT: 2, Excuse.MAY_END: 1})
     assert words == "2 cases with 3 missed goals, 2 by a fault, 1 by `may_end`"
+
+
+def test_a_case_that_missed_an_earlier_goal_is_not_counted_as_reached(history: History) -> None:
+    verdicts = [Verdict(End.REACHED), Verdict(End.REACHED, (), (Excuse.MAY_END,)), Verdict(End.TIME_LIMIT)]
+    pairs = zip(history.cases, verdicts, strict=False)
+    several = replace(history, cases=tuple(replace(case, verdict=verdict) for case, verdict in pairs))
+    ends = "1 reached, 1 reached with an earlier goal missed, 1 time limit"
+    assert any(str(line).endswith(f": {ends}") for line in stored_report(several, "cov.db"))
+    assert f"3 cases: {ends}; " in markdown(several)

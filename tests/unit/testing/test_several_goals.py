@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
 import pytest
 
+from conftest import Ran
 from scbm.cases import Case, CaseGoal, CaseLimits, Expectations, Injection, OutcomeRule
 from scbm.cases.coverage import visited_by
 from scbm.cases.trace import End, RunEnded, RunStarted, ends_of, ranges_of_goals, read_trace, write_trace
@@ -100,6 +102,7 @@ def test_a_stop_a_reset_and_a_resume_are_one_case() -> None:
     assert ends(execution) == [("there", "aborted", 1), ("there", "reached", 8)]
     assert execution.verdict.passed
     assert execution.verdict.excuses == (Excuse.FAULT,)
+    assert execution.verdict.end_in_words == "reached with an earlier goal missed"
 
 
 def test_goals_that_hold_already_are_reached_at_once() -> None:
@@ -112,6 +115,7 @@ def test_a_goal_whose_predicate_never_holds_does_not_begin_and_fails_the_case() 
     (failure,) = execution.verdict.failures
     assert str(failure) == "goal 2, home, did not begin: estop == pressed never held after the run before had ended"
     assert execution.verdict.end is End.REACHED
+    assert execution.verdict.end_in_words == "reached with an earlier goal missed"
 
 
 def test_a_fault_does_not_excuse_a_goal_that_does_not_begin_but_may_end_and_an_expectation_do() -> None:
@@ -341,3 +345,15 @@ def test_a_store_gives_the_runs_of_such_cases_again(tmp_path: Path) -> None:
     again = Replays(history).execute(stored)
     assert again is not None
     assert write_trace(again.trace) == write_trace(execution.trace)
+
+
+def test_the_report_of_a_campaign_does_not_count_such_a_case_as_reached(
+    scbm: Callable[..., Ran], tmp_path: Path
+) -> None:
+    (tmp_path / "cell.yaml").write_text(CELL, encoding="utf-8")
+    injection = "injections: [{name: press, set: {estop: pressed}, when: go.state == executing}]\n"
+    goals = "goals: [{goal: there, may_end: [aborted]}, {goal: home}]\n"
+    (tmp_path / "case.yaml").write_text(f"case: stopped\nmodel: cell.yaml\n{goals}{injection}", encoding="utf-8")
+    out = scbm("test", tmp_path / "cell.yaml", tmp_path / "case.yaml").out
+    assert ": 1 reached with an earlier goal missed\n" in out
+    assert "Passed short of the goal: 1 case" in out

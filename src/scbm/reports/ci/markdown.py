@@ -114,8 +114,8 @@ def _not_needed(missed: Sequence[Missed]) -> Iterator[str]:
 def _ends(history: History) -> Iterator[str]:
     ends: dict[str, int] = {}
     for case in history.cases:
-        ends[case.verdict.end.value] = ends.get(case.verdict.end.value, 0) + 1
-    return (f"{count} {end.replace('_', ' ')}" for end, count in ends.items())
+        ends[case.verdict.end_in_words] = ends.get(case.verdict.end_in_words, 0) + 1
+    return (f"{count} {end}" for end, count in ends.items())
 
 
 def _failed(causes: Sequence[Cause], history: History) -> Iterator[str]:

@@ -231,7 +231,7 @@ def _answer_lines(answers: Sequence[Answers]) -> Iterator[Text]:
 
 
 def _cases(campaign: Campaign, setting: Setting) -> str:
-    parts = ", ".join(f"{count} {end.replace('_', ' ')}" for end, count in campaign.summary.ends)
+    parts = ", ".join(f"{count} {end}" for end, count in campaign.summary.ends)
     *others, last = setting.groups or _groups(campaign, setting)
     groups = f"{', '.join(others)} and {last}" if others else last
     failed = f"; {campaign.failed_count} failed" if campaign.failed_count else ""

@@ -168,7 +168,7 @@ def clock_warning(later_start: str, store: str) -> Text:
 def _cases(history: History) -> str:
     ends: dict[str, int] = {}
     for case in history.cases:
-        end = case.verdict.end.replace("_", " ")
+        end = case.verdict.end_in_words
         ends[end] = ends.get(end, 0) + 1
     parts = ", ".join(f"{count} {end}" for end, count in ends.items())
     earlier = sum(case.is_earlier for case in history.cases)

@@ -15,7 +15,6 @@ from scbm.testing.verdicts import FailureKind
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scbm.cases.trace import End
     from scbm.testing.verdicts import Excuse, Failure, Verdict
 
 _Counted = TypeVar("_Counted")
@@ -86,7 +85,7 @@ class BatchSummary:
         count: the number of cases.
         failed: how many of them failed.
         ended_ns: the simulated time of all runs together.
-        ends: how many runs ended in which way, in the order of the first run of each.
+        ends: how many cases ended in which way, in words, in the order of the first case of each.
         visits: for each obligation the number of cases that visited it; empty without cases.
         news: position and visited bits of each case that visited something that no earlier one did.
         causes: why cases failed, in the order of the first case of each.
@@ -104,7 +103,7 @@ class BatchSummary:
     count: int = 0
     failed: int = 0
     ended_ns: int = 0
-    ends: tuple[tuple[End, int], ...] = ()
+    ends: tuple[tuple[str, int], ...] = ()
     visits: tuple[int, ...] = ()
     news: tuple[tuple[int, int], ...] = ()
     causes: tuple[FailureCause, ...] = ()
@@ -231,7 +230,7 @@ class SummaryBuilder:
     lists_all: bool = True
     _ended_ns: int = 0
     _union: int = 0
-    _ends: dict[End, int] = field(default_factory=dict)
+    _ends: dict[str, int] = field(default_factory=dict)
     _excuses: dict[Excuse, int] = field(default_factory=dict)
     _short: dict[Excuse, int] = field(default_factory=dict)
     _short_count: int = 0
@@ -247,7 +246,7 @@ class SummaryBuilder:
         """Add the next case."""
         self._count += 1
         self._ended_ns += outcome.ended_ns
-        end, visited = outcome.verdict.end, outcome.visited
+        end, visited = outcome.verdict.end_in_words, outcome.visited
         self._ends[end] = self._ends.get(end, 0) + 1
         self._short_count += outcome.verdict.is_short
         for excuse in outcome.verdict.excuses:
