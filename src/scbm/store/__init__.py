@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         StoredMutant,
         StoredMutation,
         basis_of,
+        covers_limits,
         limits_text,
     )
 
@@ -50,6 +51,7 @@ __all__ = [
     "basis_of",
     "begin_run",
     "combine_stores",
+    "covers_limits",
     "digest_of",
     "drawn_recipe",
     "key_of",
@@ -73,7 +75,9 @@ __getattr__ = lazy_exports(
         "store_tables": "read_history",
         "store_union": "Combined combine_stores",
         "stored_evidence": "StoredCertificate",
-        "stored_mutants": "RECORDED VERDICTS MutatedSuite StoredMutant StoredMutation basis_of limits_text",
+        "stored_mutants": (
+            "RECORDED VERDICTS MutatedSuite StoredMutant StoredMutation basis_of covers_limits limits_text"
+        ),
         "store_writer": "StoreWriter begin_run time_now write_store",
     },
 )

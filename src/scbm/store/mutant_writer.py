@@ -47,8 +47,8 @@ class MutantWriter:
 
     Attributes:
         known: the results that the store has for this suite, by the names of the mutants.
-        decisions: the results that the store has for mutants of the same model which no case killed, with the limits of
-            the search, by names and limits.
+        decisions: the results that the store has for mutants of the same model which no case killed, by their names and
+            the limits of the search.
     """
 
     def __init__(self, connection: sqlite3.Connection, path: Path, model: BehaviorModel, suite: MutatedSuite) -> None:
@@ -58,7 +58,7 @@ class MutantWriter:
         self._suite = suite
         self._is_begun = False
         self.known: dict[str, StoredMutant] = {}
-        self.decisions: dict[tuple[str, str], StoredMutant] = {}
+        self.decisions: dict[str, dict[str, StoredMutant]] = {}
         with store_errors(path), understood(path), snapshot(connection):
             if has_tables(connection, path):
                 refuse_another_model(path, next(self._current()), model, digest_of(model))
@@ -76,7 +76,7 @@ class MutantWriter:
             if (suite.basis, suite.made_by) == (self._suite.basis, self._suite.made_by):
                 for result in mutation.results:
                     if result.limits is not None and result.status is not MutantStatus.KILLED:
-                        self.decisions[result.name, result.limits] = result
+                        self.decisions.setdefault(result.name, {})[result.limits] = result
 
     def add(self, result: StoredMutant) -> None:
         """Add a result, which is then in the store even if the process is killed. Raise `InputError`."""

@@ -28,7 +28,7 @@ from scbm.store.history import (
     unpacked_log,
 )
 from scbm.store.mutant_tables import MutantTables
-from scbm.store.store_file import ADD_RUNS, NO_RUN, open_for_reading, problem, understood
+from scbm.store.store_file import open_for_reading, problem, understood
 from scbm.store.store_schema import TABLES
 from scbm.store.stored_evidence import (
     StoredCertificate,
@@ -36,6 +36,7 @@ from scbm.store.stored_evidence import (
     read_excuses_text,
     read_waivers_text,
 )
+from scbm.store.stored_mutants import mutations_in_words
 from scbm.testing import Failure, FailureKind, Verdict
 
 if TYPE_CHECKING:
@@ -50,6 +51,9 @@ _CASE_COLUMNS = (
     "key, name, goal, model, run, position, setting, seed, number, text, path,"
     " ended, failures, ended_ns, requests, visited, log, forced"
 )
+
+ADD_CASES = "`scbm test MODEL CASES --store FILE` adds cases; `scbm mutate` with the same cases lists the mutants"
+"""The remedy for a store that has results of mutants alone."""
 
 _MAX_JSON_CHARACTERS = 16 * 1024 * 1024
 """The maximum length of a JSON text in a column; a store that holds a longer one is damaged."""
@@ -479,7 +483,8 @@ def read_history(path: Path) -> History:
     with open_for_reading(path) as connection, understood(path):
         tables = Tables(connection)
         if all(row.run.is_earlier for row in tables.runs()):
-            raise problem(Slug.STORE_EMPTY, path, NO_RUN, ADD_RUNS)  # it has results of mutants alone
+            found = mutations_in_words(MutantTables(connection).mutations())
+            raise problem(Slug.STORE_EMPTY, path, f"this store has no cases yet, only {found}", ADD_CASES)
         return replace(history_in(tables), mutations=MutantTables(connection).mutations())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from typing import TYPE_CHECKING
@@ -156,6 +157,29 @@ def basis_of(model: BehaviorModel) -> str:
 def limits_text(limits: DataclassInstance) -> str:
     """Return limits as text."""
     return json.dumps(asdict(limits), sort_keys=True)
+
+
+_SHOWN = (MutantStatus.KILLED, MutantStatus.SURVIVED, MutantStatus.EQUIVALENT, MutantStatus.UNDECIDED)
+"""The statuses in the order of reports."""
+
+
+def mutations_in_words(mutations: Sequence[StoredMutation]) -> str:
+    """Return the results of mutants of the suite that was run last, in words, and the number of other suites."""
+    last = max(mutations, key=lambda each: (each.suite.started, each.suite.key))
+    counts = Counter(result.status for result in last.results)
+    words = ", ".join(f"{counts[status]} {status}" for status in _SHOWN)
+    of_all = "" if last.is_whole else f" of {last.suite.mutants}"
+    more = len(mutations) - 1
+    others = f", and those of {more} earlier suite{'s' * (more > 1)}" if more else ""
+    keys = len(last.suite.cases)
+    cases = f"{keys} case{'s' * (keys != 1)}"
+    return f"results of `scbm mutate`: {len(last.results)}{of_all} mutants with {cases}: {words}{others}"
+
+
+def covers_limits(known: str, wanted: str) -> bool:
+    """Return whether no limit of `known` is smaller than in `wanted`; both are texts of `limits_text`."""
+    have, need = json.loads(known), json.loads(wanted)
+    return have.keys() == need.keys() and all(have[name] >= need[name] for name in need)
 
 
 def find_evidence(

@@ -12,7 +12,8 @@ import pytest
 
 from conftest import Ran
 from scbm.closing.mutants.survivors import Survivors
-from scbm.testing.mutants import MUTATIONS, MutantResult, MutationRuns
+from scbm.testing.batches.mutation_work import MutationWork
+from scbm.testing.mutants import MUTATIONS, MutantResult, MutantStatus, MutationRuns
 from support.wording import Wording, diagnostic_heads
 
 GATE = """behavior_model: gate
@@ -172,6 +173,43 @@ def test_an_interrupted_command_keeps_what_it_did_and_goes_on(
         patch.setattr(place, name, counted("after", 1000))
         assert scbm(*MUTATE, "--json", *STORE).out == plain.out
     assert 3 + calls["after"] == (45 if place is MutationRuns else _decided(plain))
+
+
+@pytest.mark.parametrize("place", [MutationWork, MutationRuns], ids=["on the model itself", "on the first mutant"])
+def test_an_interruption_before_the_first_result_says_what_the_store_has(
+    scbm: Scbm, monkeypatch: pytest.MonkeyPatch, place: type
+) -> None:
+    monkeypatch.setattr(place, "runs" if place is MutationWork else "result", _interrupt)
+    ran = scbm(*MUTATE, *STORE)
+    rest = ": the cases were running on the model itself" if place is MutationWork else "; cov.db has no result"
+    assert ran.code == 130
+    assert ran.err.startswith(f"scbm: interrupted before the first mutant had a result{rest}")
+    assert scbm(*MUTATE).err.startswith("scbm: interrupted before the first mutant had a result")
+
+
+def _interrupt(*_: object) -> MutantResult:
+    raise KeyboardInterrupt
+
+
+def test_decisions_under_larger_limits_count(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = scbm(*MUTATE, "--json")
+    fill(scbm)
+    with monkeypatch.context() as patch:
+        patch.setattr(Survivors, "decided", _refuse)
+        assert scbm(*MUTATE, "--json", "--max-states", "200000", *STORE).out == plain.out
+    more = scbm(*MUTATE, "--max-states", "400000", *STORE)
+    assert re.fullmatch(r"cov\.db: results of 45 mutants, [1-9]\d* of them new\n", more.err)
+
+
+def test_a_store_with_results_of_mutants_alone_says_so(scbm: Scbm) -> None:
+    fill(scbm)
+    ran = scbm("report", "cov.db")
+    assert ran.code == 2
+    words = "this store has no cases yet, only results of `scbm mutate`: 45 mutants with 2 cases: "
+    assert ran.err.startswith(f"cov.db: error[store-empty]: {words}")
+    for status in MutantStatus:
+        count = sum(mutant["status"] == status for mutant in mutants(scbm(*MUTATE, "--json", *STORE)))
+        assert f"{count} {status}" in ran.err
 
 
 def _decided(ran: Ran) -> int:

@@ -78,7 +78,7 @@ def test_who_writes_again_finds_what_is_there(path: Path) -> None:
     with write_mutants(path, MODEL, suite) as writer:
         assert list(writer.known) == ["first", "second"]
     with write_mutants(path, MODEL, suite_of(history, [0])) as writer:
-        assert (writer.known, list(writer.decisions)) == ({}, [("second", "{}")])
+        assert (writer.known, writer.decisions) == ({}, {"second": {"{}": open_one}})
 
 
 def test_a_decision_stays_when_a_later_command_has_none(path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cli.campaigns.store_keeper import recipe_of
 from scbm.planning import planner_of_random_runs
+from scbm.reports import counted
 from scbm.store import (
     RECORDED,
     VERDICTS,
@@ -14,6 +15,7 @@ from scbm.store import (
     MutatedSuite,
     StoredMutant,
     basis_of,
+    covers_limits,
     digest_of,
     key_of,
     limits_text,
@@ -72,6 +74,12 @@ class MutantKeeper:
         self._limits = limits
         self.added: dict[str, None] = {}
 
+    @property
+    def known_in_words(self) -> str:
+        """How many results the store has of this suite, in words."""
+        count = len(self._writer.known)
+        return f"the results of {counted(count, 'mutant')}" if count else "no result of these cases"
+
     def ran(self, mutants: Iterable[Mutant]) -> dict[str, MutantResult]:
         """Return what the cases did on those of some mutants that the store has, by their names.
 
@@ -90,8 +98,14 @@ class MutantKeeper:
         return run.result(mutant, self._model)
 
     def decided(self, result: MutantResult) -> MutantResult | None:
-        """Return the result of a mutant that no case killed with the decision in the store; `None` if it has none."""
-        stored = self._writer.decisions.get((result.mutant.name, self._limits or ""))
+        """Return the result of a mutant that no case killed with the decision in the store; `None` if it has none.
+
+        A decision under larger limits counts, too: it was looked for at least as long.
+        """
+        wanted = self._limits or ""
+        found = self._writer.decisions.get(result.mutant.name, {})
+        larger = [stored for limits, stored in found.items() if wanted and covers_limits(limits, wanted)]
+        stored = found.get(wanted) or max(larger, key=lambda each: each.rank, default=None)
         if stored is None:
             return None
         decided = StoredMutant.of(result, self._model, None).decided_by(stored)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.cli.campaigns.mutation_loop import MutationLoop
+from scbm.cli.campaigns.mutation_loop import BEFORE_FIRST, MutationLoop
 from scbm.cli.main import sigterm_as_interrupt
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.files import load_located, read_file, suggestion
@@ -173,7 +173,11 @@ def _summary(suite: Suite, loop: MutationLoop) -> MutationSummary:
     """Run the suite against the mutants, and show the progress."""
     _, places = load_located(suite.file)
     with sigterm_as_interrupt(), activity_display(suite.activity) as show:
-        runs = loop.work.runs()
+        try:
+            runs = loop.work.runs()
+        except KeyboardInterrupt:
+            errors().line(f"scbm: {BEFORE_FIRST}: the cases were running on the model itself")
+            raise
         if not runs.cases:
             raise InputError([_no_case(suite, runs.failing)])
         done = loop.carry_out(runs, show)

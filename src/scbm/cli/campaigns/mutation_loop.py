@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from scbm.testing.mutants import MutationRuns
 
 
+BEFORE_FIRST = "interrupted before the first mutant had a result"
+"""What an interrupted command did that has no results yet."""
+
+
 class MutationLoop:
     """The mutants of one command, with the results so far.
 
@@ -54,11 +58,14 @@ class MutationLoop:
                 if self._options.limits is not None and any(map(_is_open, self._results)):
                     self._decide(keeper, show)
             except KeyboardInterrupt:
-                if keeper is not None and self._results:
-                    errors().line(f"scbm: {self._interrupted}")
+                done = counted(len(self._results), "mutant")
+                lost = f"interrupted after {done}, which are lost; `--store FILE` keeps results"
+                if keeper is not None:
+                    errors().line(f"scbm: {self._interrupted(keeper)}")
                 elif self._results:
-                    done = counted(len(self._results), "mutant")
-                    errors().line(f"scbm: interrupted after {done}, which are lost; `--store FILE` keeps results")
+                    errors().line(f"scbm: {lost}")
+                else:
+                    errors().line(f"scbm: {BEFORE_FIRST}")
                 raise
         if keeper is not None:
             self.kept = f"{self._options.store}: {self._kept(keeper)}"
@@ -105,9 +112,10 @@ class MutationLoop:
                 self._results[place] = decided
             self._decided = place + 1
 
-    @property
-    def _interrupted(self) -> str:
+    def _interrupted(self, keeper: MutantKeeper) -> str:
         """What was done before an interruption, in words."""
+        if not self._results:
+            return f"{BEFORE_FIRST}; {self._options.store} has {keeper.known_in_words}"
         done, count = len(self._results), len(self.work.mutants)
         what = f"ran the cases on {done} of {counted(count, 'mutant')}"
         if done == count:
