@@ -115,7 +115,7 @@ def command(
         typer.Option(
             "--witnesses",
             metavar="DIRECTORY",
-            help="Directory for cases that would kill mutants.",
+            help="Directory for cases in which mutants differ from the model.",
             rich_help_panel=HelpSection.OUTPUT,
         ),
     ] = None,

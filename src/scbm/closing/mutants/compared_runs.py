@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from scbm.cases.trace import RunStarted
+from scbm.cases.trace import RunStarted, assignments, sentence_of
 from scbm.closing.scripts.case_search import bounded
 from scbm.files import read_case, write_case
-from scbm.model import State
+from scbm.model import State, format_moment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,6 +53,38 @@ def case_on(mutant: BehaviorModel, case: Case, original: BehaviorModel) -> Case:
     before, after = original.nominal_state, mutant.nominal_state
     changed = {name: after[name] for name, value in case.initial.items() if value == before[name] != after[name]}
     return replace(case, initial=State(mutant.space, {**dict(case.initial), **changed})) if changed else case
+
+
+def first_difference(original: Execution, mutated: Execution, nominal: State) -> str:
+    """Return what happens first in only one of two runs of a case, as a clause.
+
+    Args:
+        original: the run on the model.
+        mutated: the run on the mutant.
+        nominal: the nominal state of the model.
+    """
+    pairs = zip_longest(original.trace.records, mutated.trace.records)
+    one, other = next((pair for pair in pairs if None in pair or not _is_same_record(*pair)), (None, None))
+    before, after = _event(one, nominal), _event(other, nominal)
+    if one is None or other is None or before != after:
+        return f"{before} on the model, and {after} on the mutant"
+    known, changed = _changes(one, other, nominal), _changes(other, one, nominal)
+    return f"{before}, where the model sets {known or 'nothing else'}, and the mutant {changed or 'nothing else'}"
+
+
+def _event(record: Record | None, nominal: State) -> str:
+    """Return the sentence of a record with its time."""
+    if record is None:
+        return "nothing more"
+    return f'"{sentence_of(record, nominal).numbered_text}" at {format_moment(record.at_ns)}'
+
+
+def _changes(record: Record, other: Record, nominal: State) -> str:
+    """Return what a record changes, or begins with, unlike another record."""
+    there = dict(other.changes) | (dict(other.state) if isinstance(other, RunStarted) else {})
+    here = dict(record.changes) | (dict(record.state) if isinstance(record, RunStarted) else {})
+    names = [name for name in here if name in nominal and there.get(name) != here[name]]
+    return assignments(tuple((name, here[name]) for name in names))
 
 
 def _is_same(one: Sequence[Record], other: Sequence[Record]) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, assert_never
 
+from scbm.closing.mutants.compared_runs import first_difference
 from scbm.closing.mutants.equivalences import Equivalences
 from scbm.closing.mutants.mutant_decisions import DifferentMutant, EquivalentMutant, UndecidedMutant
 from scbm.testing.mutants import MutantResult, MutantStatus
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.closing.runs.all_runs import CloseLimits
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, State
 
 
 class Survivors:
@@ -29,6 +30,7 @@ class Survivors:
             return result
         if self._equivalences is None:
             return replace(result, reason="the model has no goals, and proofs and witnesses are about them")
+        nominal = self._equivalences.model.nominal_state
         decision = self._equivalences.decide(result.mutant.model)
         match decision:
             case EquivalentMutant():
@@ -37,22 +39,23 @@ class Survivors:
                 remedy = "" if option is None else f"; a larger `{option}` may decide it"
                 return replace(result, reason=f"{reason}{remedy}")
             case DifferentMutant():
-                return _survived(result, decision)
+                return _survived(result, decision, nominal)
             case _:
                 assert_never(decision)
 
 
-def _survived(result: MutantResult, found: DifferentMutant) -> MutantResult:
-    reason = ""
+def _survived(result: MutantResult, found: DifferentMutant, nominal: State) -> MutantResult:
+    reason, name = "", f"witness-{found.original.digest[:8]}"
     if not found.original.verdict.passed:
-        reason = "the witness fails on the model itself, too"
+        reason = f"{name} shows it, but fails on the model itself, too"
     elif not found.kills:
-        reason = "a recorded result does not show the difference"
+        seen = first_difference(found.original, found.mutated, nominal)
+        reason = f"{name} shows it, but its recorded result does not: {seen}"
     return replace(
         result,
         status=MutantStatus.SURVIVED,
         reason=reason,
-        witness=found.recorded(f"witness-{found.original.digest[:8]}"),
+        witness=found.recorded(name),
         is_benign=found.is_benign,
         is_killable=not reason,
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.reports.html.page import page_environment, verbatim
-from scbm.reports.mutants.mutation_summary import change_in_words
+from scbm.reports.mutants.mutation_summary import BENIGN, change_in_words
 from scbm.testing.mutants import MutantStatus
 
 if TYPE_CHECKING:
@@ -108,4 +108,4 @@ def _words(result: MutantResult) -> str:
     if result.status is MutantStatus.KILLED:
         return f"by {result.case}: {result.reason}"
     how = f"{result.witness.name} kills it" if result.witness is not None and result.is_killable else result.reason
-    return ", ".join(filter(None, ("benign" if result.is_benign else "", how)))
+    return ", ".join(filter(None, (BENIGN if result.is_benign else "", how)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.reports.figure_table import DEFAULT_COLUMNS, bar_of, counted, wrapped
-from scbm.reports.mutants.mutation_summary import change_in_words
+from scbm.reports.mutants.mutation_summary import BENIGN, change_in_words
 from scbm.testing.mutants import MutantStatus
 
 if TYPE_CHECKING:
@@ -71,6 +71,9 @@ def _head(summary: MutationSummary, columns: int) -> Iterator[Text]:
         yield from _row("", clause, columns)
     parts = (f"{counts.of_status(status)} {status}" for status in _STATUSES)
     yield from _row("Mutants:", f"{counts.total}: {', '.join(parts)}", columns)
+    if summary.benign:
+        words = f"{summary.benign} of those that survived {'breaks' if summary.benign == 1 else 'break'} no requirement"
+        yield from _row("", words, columns)
     yield from _row("Runs:", f"{summary.runs}; {summary.skipped} left out that cannot differ", columns)
     score = Text(f"  {'Score:':<{_INDENT - 2}}").append(str(counts.score), style="bold")
     if counts.score.percent is not None:
@@ -136,6 +139,6 @@ def _status_in_words(result: MutantResult) -> str:
     if result.witness is None:
         because = f": {result.reason}" if result.reason else ""
         return f"{result.status}  {operator}{because}"
-    benign = ", benign" if result.is_benign else ""
+    benign = f", {BENIGN}" if result.is_benign else ""
     how = f"{result.witness.name} kills it" if result.is_killable else result.reason
     return f"{result.status}{benign}  {operator}: {how}"

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from scbm.testing.mutants import Mutant, MutantResult
 
 
+BENIGN = "breaks no requirement"
+"""What reports say of a mutant that breaks no requirement in its witness that the model keeps there."""
+
+
 @dataclass(frozen=True, slots=True)
 class MutationSummary:
     """The results of mutants of one model.
@@ -47,6 +51,11 @@ class MutationSummary:
     def counts(self) -> MutantCounts:
         """The statuses of all mutants."""
         return MutantCounts.of(self.results)
+
+    @property
+    def benign(self) -> int:
+        """The number of mutants that survived and break no requirement in their witness that the model keeps there."""
+        return sum(result.is_benign for result in self.results)
 
     @property
     def assumptions(self) -> tuple[str, ...]:
@@ -85,6 +94,17 @@ class MutationSummary:
             if result.witness is not None and result.is_killable:
                 found.setdefault(result.witness.name, (result.witness, []))[1].append(result.mutant.name)
         return tuple((case, tuple(names)) for case, names in found.values())
+
+    @property
+    def passing_witnesses(self) -> tuple[tuple[Case, tuple[str, ...]], ...]:
+        """The witnesses that pass on a mutant and on the model, each with the names and differences of such mutants."""
+        found: dict[str, tuple[Case, list[str]]] = {}
+        for result in self.not_killed:
+            passes = result.witness is not None and result.witness.recorded is not None and not result.is_killable
+            if result.witness is not None and passes:
+                comments = found.setdefault(result.witness.name, (result.witness, []))[1]
+                comments += [f"{result.mutant.name}:", f"  {result.reason}"]
+        return tuple((case, tuple(lines)) for case, lines in found.values())
 
     @property
     def not_killed(self) -> tuple[MutantResult, ...]:
