@@ -1,7 +1,8 @@
 """Doubts about request protocols that are written line by line and lack one line (semantics 3.5).
 
 Only what has all other lines of the protocol is doubted: operations and failures that follow a protocol of their own
-raise no doubt. Triggers that ends of operations leave true are doubts of `request_doubts`.
+raise no doubt. A transition that replaces a generated one, as it has its name, needs all its lines.
+Triggers that ends of operations leave true are doubts of `request_doubts`.
 """
 
 from __future__ import annotations
@@ -110,29 +111,62 @@ def _failures(model: BehaviorModel) -> Iterator[tuple[tuple[str, ...], Transitio
 def _doubts_about_failure(
     path: tuple[str, ...], transition: Transition, resource: Resource, model: BehaviorModel
 ) -> Iterator[Doubt]:
+    is_named = _stands_for_generated(path, resource, model)
     if not _is(transition.running_guard, resource.request_state, RequestState.FAILED.value):
+        if is_named and resource.request_state not in transition.running_guard.reads():
+            message = f"{transition.name} has the name of the transition that takes failed replies, and takes none"
+            yield _doubt(
+                message, path, f"add `{resource.request_state} == failed` to its guard, or choose another name"
+            )
         return
     actions = transition.running_actions
     states = (CURRENT_STATE, *(operation_state_name(operation.name) for operation in model.operations))
     executing = OperationState.EXECUTING.value
     fails = path[-1] == "failed" or any(_assigns(actions, state) for state in states)
     lines = {
-        "fail": fails or not any(_is(transition.running_guard, state, executing) for state in states),
+        "fail": fails or not (is_named or any(_is(transition.running_guard, state, executing) for state in states)),
         "reset": _assigns(actions, resource.request_state),
         "clear": clears(actions, resource),
     }
-    match [line for line, is_there in lines.items() if not is_there]:
-        case ["fail"]:
-            message = f"{transition.name} takes the failed reply of {resource.name}, and the operation goes on waiting"
-            yield _doubt(message, path, "add `current.state <- failed` to its actions")
-        case ["reset"] if not _is_reset_elsewhere(resource, RequestState.SUCCEEDED, transition, model):
-            message = f"{transition.name} leaves {resource.request_state} at failed, so {resource.name} stays occupied"
-            yield _doubt(message, path, f"add `{resource.request_state} <- initial` to its actions")
-        case ["clear"] if not _names_operation(transition, model):
-            message = f"{transition.name} leaves {resource.trigger} true, so the request is sent again at once"
-            yield _doubt(message, path, f"add `{resource.trigger} <- false` to its actions")
-        case _:
-            pass
+    missing = [line for line, is_there in lines.items() if not is_there]
+    if len(missing) > 1 and not is_named:
+        return
+    if "fail" in missing:
+        message = f"{transition.name} takes the failed reply of {resource.name}, and the operation goes on waiting"
+        yield _doubt(message, path, "add `current.state <- failed` to its actions")
+    if "reset" in missing and not _is_reset_elsewhere(resource, RequestState.SUCCEEDED, transition, model):
+        message = f"{transition.name} leaves {resource.request_state} at failed, so {resource.name} stays occupied"
+        yield _doubt(message, path, f"add `{resource.request_state} <- initial` to its actions")
+    if "clear" in missing and ("fail" in missing or not _names_operation(transition, model)):
+        message = f"{transition.name} leaves {resource.trigger} true, so the request is sent again at once"
+        yield _doubt(message, path, f"add `{resource.trigger} <- false` to its actions")
+
+
+def _stands_for_generated(path: tuple[str, ...], resource: Resource, model: BehaviorModel) -> bool:
+    """Return whether a transition by hand replaces the one that handshakes with a resource get (semantics 3.5).
+
+    It has its name, such as `arm_failed`, or `arm_failed.r1` for the resource `arm.r1`. If an operation does not wait
+    for the resource as handshakes do, or another transition takes its failed replies, the name means nothing.
+    """
+    name = resource.name
+    ends = [index for index, character in enumerate(name) if character == "."]
+    if path[0] != "automatic_transitions" or path[1] not in {
+        f"{name[:end]}_failed{name[end:]}" for end in (*ends, len(name))
+    }:
+        return False
+    failed = RequestState.FAILED.value
+    others = (transition for other, transition in _failures(model) if other != path)
+    if any(_is(other.running_guard, resource.request_state, failed) for other in others):
+        return False
+    users = [operation for operation in model.operations if sets(operation.pre.running_actions, resource)]
+    return any(_waits_for(operation, resource) for operation in users)
+
+
+def _waits_for(operation: Operation, resource: Resource) -> bool:
+    """Return whether an operation begins with a free resource and ends with its reply."""
+    before, after = operation.pre.running_guard, operation.post.running_guard
+    is_free = _is(before, resource.request_state, RequestState.INITIAL.value) and _is(before, resource.trigger, False)
+    return is_free and _is(after, resource.request_state, RequestState.SUCCEEDED.value)
 
 
 def _names_operation(transition: Transition, model: BehaviorModel) -> bool:

@@ -116,3 +116,45 @@ def test_an_operation_that_only_starts_something_is_no_handshake() -> None:
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_whole_protocols_and_other_protocols_raise_no_doubt(path: Path) -> None:
     assert not _paths(load_model(path))
+
+
+CELL = """behavior_model: cell
+variables: {{a: {{domain: 0..3, initial: 0}}}}
+resources: {{arm: {{}}}}
+operations: {{o: {{request: arm, effects: [a <- 1], deadline: 5 s}}}}
+automatic_transitions: {{{name}: {{g: {guard}, a: [{actions}]}}}}
+goals: {{d: a == 1}}
+"""
+FAIL, RESET, CLEAR = "current.state <- failed", "arm_req_state <- initial", "arm_req_trigger <- false"
+TAKEN = "arm_req_state == failed && current.state == executing"
+
+
+@pytest.mark.parametrize(
+    ("guard", "actions", "found"),
+    [
+        (TAKEN, [FAIL, RESET, CLEAR], []),
+        ("a == 0", [FAIL, RESET, CLEAR], ["takes none"]),
+        (TAKEN, [RESET, CLEAR], ["goes on waiting"]),
+        (TAKEN, [FAIL, CLEAR], ["stays occupied"]),
+        ("arm_req_state == failed", [RESET], ["goes on waiting", "sent again at once"]),
+        (TAKEN, ["a <- 2"], ["goes on waiting", "stays occupied", "sent again at once"]),
+    ],
+)
+def test_a_transition_that_replaces_the_generated_one_needs_all_its_lines(
+    guard: str, actions: list[str], found: list[str]
+) -> None:
+    model = read_model(CELL.format(name="arm_failed", guard=guard, actions=", ".join(actions)))
+    doubts = list(doubts_about_handshakes(model))
+    assert [(doubt.path, end) for doubt, end in zip(doubts, found, strict=True)] == [
+        (("automatic_transitions", "arm_failed"), end) for end in found
+    ]
+    assert all(doubt.message.endswith(end) for doubt, end in zip(doubts, found, strict=True))
+
+
+def test_the_cleared_trigger_of_a_replaced_failure_is_checked_with_other_requests() -> None:
+    model = read_model(CELL.format(name="arm_failed", guard=TAKEN, actions=f"{FAIL}, {RESET}"))
+    assert [doubt.slug for doubt in check_model(model).doubts] == [Slug.REQUEST_NOT_CLEARED]
+
+
+def test_a_transition_with_another_name_replaces_nothing() -> None:
+    assert not _paths(read_model(CELL.format(name="arm_tidied", guard="a == 3", actions=FAIL)))
