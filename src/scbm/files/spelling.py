@@ -20,10 +20,22 @@ _MAX_COMPARED = 2_000
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name most similar to `name`, ignoring case; `None` if none is similar."""
+    """Return the known name most similar to `name`, ignoring case; `None` if none is similar.
+
+    A name with the same words in another order comes first: `cnc_req_state.m` for `cnc.m_req_state`.
+    """
     by_folded = {candidate.casefold(): candidate for candidate in islice(known, _MAX_COMPARED)}
+    words = _words(name)
+    moved = next((other for folded, other in by_folded.items() if _words(folded) == words), None) if words[1:] else None
+    if moved is not None and name.casefold() not in by_folded:
+        return moved
     found = get_close_matches(name.casefold(), by_folded, n=1, cutoff=_ALIKE)
     return by_folded[found[0]] if found else None
+
+
+def _words(name: str) -> list[str]:
+    """Return the words between the dots and underscores of a name, sorted."""
+    return sorted(name.casefold().replace(".", "_").split("_"))
 
 
 def suggestion(name: str, known: Iterable[str], what: str) -> str | None:

@@ -25,6 +25,8 @@ NAMES = ["robot_at", "gantry_at", "mounted", "scan_req_state", "scan_req_trigger
         ("scan.req_state", "scan_req_state"),
         ("scan_req_triger", "scan_req_trigger"),
         ("mount", "mounted"),
+        ("req_state.scan", "scan_req_state"),
+        ("at_robot", "robot_at"),
     ],
 )
 def test_a_misspelled_name_is_near_to_the_right_one(name: str, near: str) -> None:

@@ -212,3 +212,30 @@ def test_handshakes_can_have_parameters() -> None:
     )
     assert str(model.operations[1].pre.a[0]) == "arm.r2_req_trigger <- true"
     assert [each.name for each in model.automatic_transitions] == ["arm_failed.r1", "arm_failed.r2"]
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [("cnc.m_req_state == initial", "cnc_req_state.m"), ("cnc.n_req_trigger == true", "cnc_req_trigger.n")],
+)
+def test_the_index_of_a_state_of_a_resource_stands_last(written: str, meant: str) -> None:
+    text = (
+        "behavior_model: cell\ntypes: {machine: [m, n]}\nvariables: {a: {domain: bool, initial: false}}\n"
+        "resources: {'cnc[machine]': {}}\n"
+        f"operations: {{o: {{pre: {{g: '{written}', a: [a <- true]}}, post: {{g: true}}}}}}\n"
+    )
+    with pytest.raises(InputError) as raised:
+        read_model(text)
+    assert [each.remedy for each in raised.value.diagnostics] == [f"did you mean `{meant}`?"]
+    ground = text.replace("types: {machine: [m, n]}\n", "").replace("'cnc[machine]': {}", "cnc.m: {}, cnc.n: {}")
+    assert read_model(ground.replace(written, "cnc.m_req_state == initial")).operations
+
+
+def test_the_words_of_a_name_of_a_part_can_be_in_the_wrong_order() -> None:
+    text = (
+        "behavior_model: cell\nvariables: {a: {domain: bool, initial: false}}\nresources: {cell1.cnc: {}}\n"
+        "operations: {o: {pre: {g: cnc_req_state.cell1 == initial, a: [a <- true]}, post: {g: true}}}\n"
+    )
+    with pytest.raises(InputError) as raised:
+        read_model(text)
+    assert [each.remedy for each in raised.value.diagnostics] == ["did you mean `cell1.cnc_req_state`?"]

@@ -117,6 +117,10 @@ class LiftedScope:
         allowed = indexed.objects[place]
         kind = indexed.kinds[place]
         if term is None:
+            moved = self._moved_suffix(indexed, word)
+            if moved is not None:
+                note(Slug.UNKNOWN_OBJECT, f"there is no object `{word}`", begin, end, f"did you mean `{moved}`?")
+                return None
             self._refuse_term(word, begin, end, kind, note)
             return None
         if term.is_parameter:
@@ -129,6 +133,12 @@ class LiftedScope:
             note(Slug.WRONG_INDEX, f"`{word}` is not an object of the type `{kind}`", begin, end, remedy)
             return None
         return term
+
+    def _moved_suffix(self, indexed: IndexedName, word: str) -> str | None:
+        """Return `cnc_req_state.m` for the word `m_req_state` in `cnc.m_req_state`; `None` for other words."""
+        ends = (index for index, character in enumerate(word) if character == "_")
+        found = (f"{indexed.base}{word[end:]}.{word[:end]}" for end in ends if self.term(word[:end]) is not None)
+        return next((name for name in found if name.rpartition(".")[0] in self.names.indexed), None)
 
     def _refuse_term(self, word: str, begin: int, end: int, kind: str, note: NoteFault) -> None:
         if word in self.names.plain or word in self.names.indexed:
