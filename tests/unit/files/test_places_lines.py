@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
 from scbm.files import read_located
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 HEAD = """behavior_model: cell
 variables:
@@ -98,3 +103,22 @@ operations: {work: {pre: {g: done == false}, post: {g: true, a: [done <- true]}}
     automatic = [(each.name, places.line(("automatic_transitions", each.name))) for each in model.automatic_transitions]
     assert {name.split(".")[0]: line for name, line in automatic} == {"left": 3, "right": 4}
     assert not any(places.lines(("operations", name)) for name in lines if name != "work")
+
+
+def test_objects_in_a_part_have_the_line_that_uses_it(tmp_path: Path) -> None:
+    part = (
+        "part: island\ntypes: {robot: [r1, r2]}\nvariables:\n  'busy[robot]': {domain: bool, initial: false}\n"
+        "resources: {'arm[robot]': {}}\noperations:\n  'work[r in robot]':\n    request: arm[r]\n"
+        "    effects: ['busy[r] <- true']\n"
+        "automatic_transitions: {'rest[r in robot]': {g: 'busy[r] == true', a: ['busy[r] <- false']}}\n"
+    )
+    own = "operations:\n  own: {pre: {g: true}, post: {g: true}}\n"
+    used = f"behavior_model: cell\n\nparts:\n  left: {{use: island.yaml}}\n{own}"
+    (tmp_path / "island.yaml").write_text(part, encoding="utf-8")
+    model, places = read_located(used, str(tmp_path / "cell.yaml"))
+    operations = {each.name: places.line(("operations", each.name, "post", "g")) for each in model.operations}
+    assert operations == {"left.work.r1": 4, "left.work.r2": 4, "own": 6}
+    automatic = [each.name for each in model.automatic_transitions]
+    assert automatic == ["left.rest.r1", "left.rest.r2", "left.arm_failed.r1", "left.arm_failed.r2"]
+    assert {places.line(("automatic_transitions", name, "g")) for name in automatic} == {4}
+    assert not any(places.lines(("operations", name)) for name in operations if name != "own")
