@@ -58,7 +58,9 @@ def _load(path: Path, *, quiet: bool) -> tuple[BehaviorModel, Places] | dict[str
 def _check(
     path: Path, model: BehaviorModel, places: Places, limits: CheckLimits, bindings: Path | None, *, quiet: bool
 ) -> dict[str, Any]:
-    out, warnings = results(), []
+    out, warnings = results(), list(places.warnings)
+    if not quiet:
+        out.diagnostics(warnings)
 
     def found(doubt: Doubt) -> None:
         warnings.append(_warning(doubt, places))

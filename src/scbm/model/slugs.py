@@ -163,3 +163,5 @@ class Slug(StrEnum):
     NEVER_ASSIGNED = "never-assigned"
     UNUSED_VARIABLE = "unused-variable"
     WAIVER_DATE = "waiver-date"
+    NO_INSTANCE = "no-instance"
+    COUNT_ALWAYS_HOLDS = "count-always-holds"

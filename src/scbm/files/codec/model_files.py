@@ -22,10 +22,11 @@ from scbm.files.yaml.yaml_writer import dump
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, RunsDeclaration, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import SourceText
+    from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import BehaviorModel, Operation, Waiver
 
 
@@ -33,13 +34,18 @@ if TYPE_CHECKING:
 
 
 class Places:
-    """The places of the parts of a model in its file."""
+    """The places of the parts of a model in its file.
 
-    def __init__(self, document: YamlNode, source: SourceText, others: Mapping[str, SourceText] | None = None) -> None:
-        """Take the expanded tree, the text of the file, and the other files of which the tree contains nodes."""
+    Attributes:
+        warnings: what the expansion of the file warns of: entries without instances, comparisons that always hold.
+    """
+
+    def __init__(self, document: YamlNode, source: SourceText, report: ErrorCollector) -> None:
+        """Take the expanded tree, the text of the file, and the collector of its errors and warnings."""
         self._document = document
         self._source = source
-        self._others = others or {}
+        self._others = report.others
+        self.warnings = report.warnings
 
     def find(self, path: tuple[int | str, ...]) -> tuple[Place, str]:
         """Return the place of the part at the end of a path, or of the last existing part on the way, and its line.
@@ -156,7 +162,7 @@ _START = "a model begins with `behavior_model: <name>`"
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     document, source, report = read_tree(text, file, "model", _START)
     document = expand(document, report)
-    places = Places(document, source, report.others)
+    places = Places(document, source, report)
     _refuse_too_many(document, places)
     check_shape(document, report, ModelKeys, MODEL_OWNERS)
     reader = ValueReader(report, Scope({}))

@@ -13,7 +13,7 @@ from scbm.files.expansion.thresholds import Joint, Threshold, at_least, copies
 from scbm.model import Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
     from scbm.files.expansion.lifted_tokens import Piece, Pieces
 
@@ -80,6 +80,10 @@ class Formula(ABC):
         """Return the operands of a conjunction, and the formula itself otherwise."""
         return (self,)
 
+    def candidates(self, name: str, choice: Choice) -> Collection[str] | None:  # noqa: ARG002 - others use both
+        """Return the objects that a parameter can have, given all others that are read; `None` if that is not known."""
+        return None
+
 
 class ConstantFormula(Formula):
     """`true` or `false`."""
@@ -121,10 +125,28 @@ class TableFormula(Formula):
         self.parameters = parameters_of(terms)
         self._terms = tuple(terms)
         self._rows = rows
+        self._joins: dict[str, dict[tuple[str, ...], dict[str, None]]] = {}
 
     def ground(self, choice: Choice) -> Ground:
         """Return whether there is such a row."""
         return tuple([choice[t.name] if t.is_parameter else t.name for t in self._terms]) in self._rows
+
+    def candidates(self, name: str, choice: Choice) -> Collection[str] | None:
+        """Return the objects of a column in the rows with the other objects of a choice."""
+        others = tuple([t.object_in(choice) for t in self._terms if not (t.is_parameter and t.name == name)])
+        if name not in self._joins:
+            self._joins[name] = self._join(name)
+        return self._joins[name].get(others, ())
+
+    def _join(self, name: str) -> dict[tuple[str, ...], dict[str, None]]:
+        """Return the objects of a parameter by those of the other terms."""
+        is_own = [term.is_parameter and term.name == name for term in self._terms]
+        found: dict[tuple[str, ...], dict[str, None]] = {}
+        for row in self._rows:
+            own = [each for each, is_name in zip(row, is_own, strict=True) if is_name]
+            others = tuple([each for each, is_name in zip(row, is_own, strict=True) if not is_name])
+            found.setdefault(others, {})[own[0]] = None
+        return found
 
 
 class EqualityFormula(Formula):
@@ -141,6 +163,13 @@ class EqualityFormula(Formula):
     def ground(self, choice: Choice) -> Ground:
         """Return whether the objects are equal, or whether they differ."""
         return (self._left.object_in(choice) == self._right.object_in(choice)) is self._equal
+
+    def candidates(self, name: str, choice: Choice) -> Collection[str] | None:
+        """Return the other object of an equality."""
+        if not self._equal or self._left == self._right:
+            return None
+        own = ObjectTerm(name, is_parameter=True)
+        return ((self._right if self._left == own else self._left).object_in(choice),)
 
 
 class TextSlot(ABC):
@@ -280,6 +309,16 @@ class JointFormula(Formula):
             return (self,)
         return tuple(part for operand in self._operands for part in operand.conjuncts())
 
+    def candidates(self, name: str, choice: Choice) -> Collection[str] | None:
+        """Return what the operands of a disjunction allow, if each of them reads the parameter."""
+        found: dict[str, None] = {}
+        for operand in self._operands:
+            more = operand.candidates(name, choice) if name in operand.parameters else None
+            if more is None or self._tightness is not Tightness.DISJUNCTION:
+                return None
+            found |= dict.fromkeys(more)
+        return found
+
 
 class ImpliedFormula(Formula):
     """`p -> q`."""
@@ -325,6 +364,10 @@ class GroupFormula(Formula):
     def conjuncts(self) -> tuple[Formula, ...]:
         """Return the conjuncts of the predicate in the brackets."""
         return self._inner.conjuncts()
+
+    def candidates(self, name: str, choice: Choice) -> Collection[str] | None:
+        """Return what the predicate in the brackets allows."""
+        return self._inner.candidates(name, choice)
 
 
 class WorkLimit:
@@ -388,6 +431,16 @@ class QuantifiedFormula(Formula):
         """Return the body for all objects, joined; no objects make `forall` true and `exists` false."""
         instances = (self._body.ground(inner) for inner in self._bound.choices(choice))
         return joint(self._tightness, instances, (self._bound.begin, self._bound.end))
+
+
+def relation_holds(relation: str, count: int, number: int) -> bool:
+    """Return whether a count has a relation to a number."""
+    match relation:
+        case "<" | "<=":
+            return count < number or (relation == "<=" and count == number)
+        case ">" | ">=":
+            return count > number or (relation == ">=" and count == number)
+    return (count == number) is (relation == "==")
 
 
 class CountedFormula(Formula):

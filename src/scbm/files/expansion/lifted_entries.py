@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
+from itertools import chain, product
 from typing import TYPE_CHECKING
 
 from scbm.files.expansion.static_facts import QUANTIFIERS, WORD
@@ -12,9 +13,9 @@ from scbm.files.spelling import suggestion
 from scbm.model import Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
-    from scbm.files.expansion.formulas import Formula
+    from scbm.files.expansion.formulas import Choice, Formula
     from scbm.files.expansion.lifted_names import LiftedNames
     from scbm.files.expansion.static_facts import StaticFacts
     from scbm.files.yaml.text_files import ErrorCollector
@@ -26,8 +27,11 @@ _PARAMETER = re.compile(r"(?:(?P<name>[^\s:]+)(?:\s+in\s+|\s*:\s*))?(?P<kind>\S+
 MAX_CHOICES = 10_000
 """Maximum number of instances of one entry; no section of a model has more entries."""
 
-_MAX_VISITED = 1_000_000
+_MAX_VISITED = 300_000
 """Maximum number of partial choices that are tried, so that a refusal takes about a second."""
+
+_MAX_COUNTED = 100_000
+"""Maximum number of partial choices that are tried once there are too many choices, to say how many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,11 +165,17 @@ def part_of_key(place: Place, text: str, begin: int, length: int) -> Place:
 
 
 class TooManyChoices(Exception):  # noqa: N818 - it never leaves this package; outside it is a diagnostic
-    """More choices than a section may have entries: how many, and whether there are still more."""
+    """More choices than a section may have entries; or too many partial choices were tried to find out.
+
+    Attributes:
+        shown: what an entry has too much of, for messages.
+    """
 
     def __init__(self, count: int, *, is_all: bool) -> None:
         super().__init__(count)
-        self.shown = f"{count:,}" if is_all else f"more than {count:,}"
+        self.shown = f"{'' if is_all else 'more than '}{count:,} instances; at most {MAX_CHOICES:,} are built"
+        if count <= MAX_CHOICES:
+            self.shown = f"more than {_MAX_VISITED:,} choices of objects to try for its condition"
 
 
 def choices_of(
@@ -173,71 +183,122 @@ def choices_of(
 ) -> list[tuple[str, ...]]:
     """Return the choices of objects that satisfy all conditions, in the order of the objects, the last one fastest.
 
-    A condition is decided as soon as all its parameters are chosen, so what it excludes is not enumerated.
+    Parameters that no condition joins are chosen apart, so the number of all choices is a product. A condition is
+    decided as soon as all its parameters are chosen, so what it excludes is not enumerated.
 
     Raises:
         TooManyChoices: there are more than `MAX_CHOICES`.
         LiftedFault: a condition cannot be decided.
     """
     names = [name or f"#{number}" for number, name in enumerate(key.names)]
-    listed = [objects[kind] for kind in key.kinds]
-    if not conditions:
-        return _all_choices(listed)
-    due = _due(names, conditions)
-    found: list[tuple[str, ...]] = []
-    count = 0
-    if not all(condition.ground({}) is True for condition in due[0]):
+    listed = {name: objects[kind] for name, kind in zip(names, key.kinds, strict=True)}
+    if not all(condition.ground({}) is True for condition in conditions if not condition.parameters):
         return []
-    for visited, chosen in enumerate(_search(names, listed, due)):
-        if chosen is not None:
-            count += 1
-            if count <= MAX_CHOICES:
-                found.append(chosen)
-        if visited > _MAX_VISITED:
-            raise TooManyChoices(max(count, MAX_CHOICES), is_all=False)
-    if count > MAX_CHOICES:
-        raise TooManyChoices(count, is_all=True)
-    return found
-
-
-def _due(names: Sequence[str], conditions: Sequence[Formula]) -> list[list[Formula]]:
-    """Return which conditions can be decided once so many parameters are chosen."""
-    due: list[list[Formula]] = [[] for _ in range(len(names) + 1)]
-    for condition in conditions:
-        needed = [number for number, name in enumerate(names, start=1) if name in condition.parameters]
-        due[max(needed, default=0)].append(condition)
-    return due
-
-
-def _search(
-    names: Sequence[str], listed: Sequence[Sequence[str]], due: Sequence[Sequence[Formula]]
-) -> Iterator[tuple[str, ...] | None]:
-    """Yield each choice that satisfies the conditions, and `None` for each partial choice that was tried."""
-    choice: dict[str, str] = {}
-    open_objects = [iter(listed[0])]
-    while open_objects:
-        depth = len(open_objects)
-        chosen = next(open_objects[-1], None)
-        if chosen is None:
-            open_objects.pop()
-            continue
-        choice[names[depth - 1]] = chosen
-        if not all(condition.ground(choice) for condition in due[depth]):
-            yield None
-        elif depth == len(names):
-            yield tuple([choice[name] for name in names])
-        else:
-            yield None
-            open_objects.append(iter(listed[depth]))
-
-
-def _all_choices(listed: Sequence[Sequence[str]]) -> list[tuple[str, ...]]:
+    groups = [_Group(group, listed, conditions) for group in _joined_names(names, conditions)]
     count = 1
-    for objects in listed:
-        count *= len(objects)
-    if count > MAX_CHOICES:
-        raise TooManyChoices(count, is_all=True)
-    choices: list[tuple[str, ...]] = [()]
-    for objects in listed:
-        choices = [(*choice, each) for choice in choices for each in objects]
-    return choices
+    for group in groups:
+        group.search(count)
+        count *= group.count
+        if not count:
+            return []
+    if count > MAX_CHOICES or not all(group.is_all for group in groups):
+        raise TooManyChoices(count, is_all=all(group.is_all for group in groups))
+    return _products(groups, listed)
+
+
+def _joined_names(names: Sequence[str], conditions: Sequence[Formula]) -> list[list[str]]:
+    """Return the parameters in groups, small ones first: no condition reads parameters of two groups."""
+    groups = [[name] for name in names]
+    for condition in conditions:
+        read = [group for group in groups if not condition.parameters.isdisjoint(group)]
+        if len(read) > 1:
+            groups = [group for group in groups if group not in read]
+            groups.append([name for name in names if any(name in group for group in read)])
+    return sorted(groups, key=len)
+
+
+def _products(groups: Sequence[_Group], listed: Mapping[str, Sequence[str]]) -> list[tuple[str, ...]]:
+    """Return the choices that the choices of all groups make together, in the order of the objects."""
+    if len(listed) == len(groups):  # each parameter is chosen apart: they are in order
+        return [tuple(each for (each,) in chosen) for chosen in product(*(group.found for group in groups))]
+    ranks = {name: {each: rank for rank, each in enumerate(objects)} for name, objects in listed.items()}
+    order = [name for group in groups for name in group.names]
+    columns = [order.index(name) for name in listed]
+    whole = [tuple(chain.from_iterable(chosen)) for chosen in product(*(group.found for group in groups))]
+    choices = [tuple([chosen[column] for column in columns]) for chosen in whole]
+    orders = list(ranks.values())
+    return sorted(choices, key=lambda choice: [rank[each] for rank, each in zip(orders, choice, strict=True)])
+
+
+class _Group:
+    """Parameters that conditions join.
+
+    Attributes:
+        names: the parameters in the order in which they are chosen: those that others decide as soon as possible.
+        found: the choices, at most `MAX_CHOICES`.
+        count: the number of all choices that were found.
+        is_all: whether the search ended, so that there are no more.
+    """
+
+    def __init__(
+        self, names: Sequence[str], listed: Mapping[str, Sequence[str]], conditions: Sequence[Formula]
+    ) -> None:
+        """Take the parameters, the objects of each, and the conditions of the entry."""
+        conditions = [each for each in conditions if not each.parameters.isdisjoint(names)]
+        self.names: list[str] = []
+        self.found: list[tuple[str, ...]] = []
+        self.count = 0
+        self.is_all = True
+        self._objects: list[dict[str, None]] = []
+        self._due: list[list[Formula]] = []
+        while len(self.names) < len(names):
+            left = [name for name in names if name not in self.names]
+            name = next((name for name in left if _due(name, self.names, conditions)), left[0])
+            self._due.append(_due(name, self.names, conditions))
+            self._objects.append(dict.fromkeys(listed[name]))
+            self.names.append(name)
+
+    def search(self, factor: int) -> None:
+        """Find the choices that satisfy the conditions. Raises `LiftedFault`.
+
+        Args:
+            factor: the number of choices of earlier groups, each of which is joined with each of these.
+        """
+        choice: dict[str, str] = {}
+        last = len(self.names)
+        visited = 0
+        open_objects = [iter(self._candidates(0, choice))]
+        while open_objects:
+            depth = len(open_objects)
+            chosen = next(open_objects[-1], None)
+            if chosen is None:
+                open_objects.pop()
+                continue
+            visited += 1
+            if visited > (_MAX_VISITED if self.count * factor <= MAX_CHOICES else _MAX_COUNTED):
+                self.is_all = False
+                return
+            choice[self.names[depth - 1]] = chosen
+            if not all(condition.ground(choice) for condition in self._due[depth - 1]):
+                continue
+            if depth < last:
+                open_objects.append(iter(self._candidates(depth, choice)))
+                continue
+            self.count += 1
+            if self.count <= MAX_CHOICES:
+                self.found.append(tuple([choice[name] for name in self.names]))
+
+    def _candidates(self, depth: int, choice: Choice) -> Collection[str]:
+        """Return the objects of a parameter: those that a condition allows, or all."""
+        objects = self._objects[depth]
+        for condition in self._due[depth]:
+            allowed = condition.candidates(self.names[depth], choice)
+            if allowed is not None and len(allowed) < len(objects):
+                return [each for each in allowed if each in objects]
+        return objects
+
+
+def _due(name: str, chosen: Sequence[str], conditions: Sequence[Formula]) -> list[Formula]:
+    """Return the conditions that can be decided once one more parameter is chosen."""
+    known = {*chosen, name}
+    return [each for each in conditions if name in each.parameters and each.parameters <= known]

@@ -20,7 +20,7 @@ class NoteFault(Protocol):
     """A callback that notes an error about the characters `begin..end` of a lifted text."""
 
     def __call__(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
-        """Note an error; one without a message follows from others, and only makes the text wrong."""
+        """Note an error or a warning; an error without a message follows from others, and only makes the text wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +156,33 @@ class LiftedScope:
         known = [*self.parameters, *(facts.places if kind is None else facts.objects(kind))]
         remedy = suggestion(word, known, "parameters and objects here are")
         note(Slug.UNKNOWN_OBJECT, f"there is no parameter or object `{word}`", begin, end, remedy)
+
+    def refuse_unlike(self, left: ObjectTerm, right: ObjectTerm, span: tuple[int, int], note: NoteFault) -> None:
+        """Note two terms that are compared and can never be the same object."""
+        objects = self._objects(left)
+        if (left.is_parameter or right.is_parameter) and objects and self._is_disjoint(objects, self._objects(right)):
+            message = f"{self._described(left)}, and {self._described(right)}: they have no object in common"
+            note(Slug.DISJOINT_DOMAINS, message, *span)
+
+    def refuse_other_type(self, term: ObjectTerm, kind: str, token: LiftedToken, note: NoteFault) -> None:
+        """Note a term that is never an object of the type that is needed where it stands."""
+        if self._is_disjoint(self._objects(term), self.names.facts.objects(kind)):
+            message = f"{self._described(term)}, and a `{kind}` is needed here"
+            note(Slug.DISJOINT_DOMAINS, message, token.begin, token.end)
+
+    def _objects(self, term: ObjectTerm) -> tuple[str, ...]:
+        return self.parameters[term.name] if term.is_parameter else (term.name,)
+
+    def _is_disjoint(self, objects: tuple[str, ...], others: tuple[str, ...]) -> bool:
+        """Return whether two types have no object in common; types without objects fit all others."""
+        return bool(objects) and bool(others) and self.names.facts.is_whole and set(objects).isdisjoint(others)
+
+    def _described(self, term: ObjectTerm) -> str:
+        if term.is_parameter:
+            return f"`{term.name}` is a `{self.kinds[term.name]}`"
+        types = self.names.facts.types
+        kind = min((kind for kind, objects in types.items() if term.name in objects), key=lambda kind: len(types[kind]))
+        return f"`{term.name}` is a `{kind}`"
 
     def refuse_missing_index(self, indexed: IndexedName, begin: int, end: int, note: NoteFault) -> None:
         """Note a name that needs an index and has none."""

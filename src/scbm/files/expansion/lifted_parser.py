@@ -7,6 +7,7 @@ written, and read by the language underneath: that notes its errors, in the word
 from __future__ import annotations
 
 from dataclasses import replace
+from math import prod
 from typing import TYPE_CHECKING
 
 from scbm.files.expansion.formulas import (
@@ -30,6 +31,7 @@ from scbm.files.expansion.formulas import (
     TableFormula,
     TextSlot,
     Tightness,
+    relation_holds,
 )
 from scbm.files.expansion.lifted_tokens import LiftedToken, phrase_at, tokens_of
 from scbm.files.expansion.static_facts import QUANTIFIERS
@@ -291,8 +293,25 @@ class LiftedParser:
         if relation not in _RELATIONS or not number.isdecimal() or self._peek(2) not in ("", ")", *_CONNECTIVES):
             remedy = "write for example `count r in robot. (robot_at[r] == dock) <= 1`"
             self._refuse(word, "a count is compared with a number", remedy)
+        limit = self._tokens[self._index + 1]
         self._index += 2
+        self._check_count(bound, relation, limit)
         return CountedFormula(bound, body, relation, int(number[:18]))
+
+    def _check_count(self, bound: Bound, relation: str, number: LiftedToken) -> None:
+        """Note a comparison of a count that can never hold; warn of one that always holds."""
+        most = prod(map(len, bound.objects.values()))
+        truths = {relation_holds(relation, least, int(number.text[:18])) for least in range(most + 1)}
+        if not most or len(truths) > 1:
+            return
+        values = f"this count is from 0 to {most}"
+        compared = f"so `{relation} {number.text}`"
+        if truths == {True}:
+            message = f"{values}, {compared} always holds"
+            self._note(Slug.COUNT_ALWAYS_HOLDS, message, number.begin, number.end)
+        else:
+            message = f"{values}, {compared} can never hold"
+            self._note(Slug.VALUE_OUTSIDE_DOMAIN, message, number.begin, number.end)
 
     def _parameters(self) -> tuple[Bound, LiftedScope]:
         """Return the parameters of a quantifier with the scope of its body: the tokens up to the dot."""
@@ -361,7 +380,10 @@ class LiftedParser:
         if len(tokens) != 3 or tokens[1].text not in ("==", "!="):  # noqa: PLR2004 - `p == q`
             return None
         left, right = self._scope.term(tokens[0].text), self._scope.term(tokens[2].text)
-        return None if left is None or right is None else EqualityFormula(left, right, equal=tokens[1].text == "==")
+        if left is None or right is None:
+            return None
+        self._scope.refuse_unlike(left, right, (tokens[0].begin, tokens[2].end), self._note)
+        return EqualityFormula(left, right, equal=tokens[1].text == "==")
 
     def _membership(self, tokens: Sequence[LiftedToken]) -> Formula | None:
         """Return `p in {a, b}` and `p in zone` for a parameter, and `v in zone` for a variable."""
@@ -374,15 +396,20 @@ class LiftedParser:
         if at == len(tokens) - 2 and last.text in facts.types:
             objects = facts.objects(last.text)
             if term is not None:
+                self._scope.refuse_other_type(term, last.text, tokens[0], self._note)
                 return TableFormula([term], frozenset((each,) for each in objects))
             members = (f"{{{', '.join(objects)}}}", last.begin, last.end)
             gap = (self._text[tokens[at - 1].end : last.begin], tokens[at - 1].end, last.begin)
             return AtomFormula([*self._parts(tokens[:at]), gap, members]) if objects else ConstantFormula(False)
         if term is None or tokens[at + 1].text != "{" or last.text != "}":
             return None
-        members_of = [self._scope.term(token.text) for token in tokens[at + 2 : -1 : 2]]
+        listed = tokens[at + 2 : -1 : 2]
+        members_of = [self._scope.term(token.text) for token in listed]
         if any(member is None for member in members_of) or any(t.text != "," for t in tokens[at + 3 : -1 : 2]):
             return None
+        for member, token in zip(members_of, listed, strict=True):
+            if member is not None:
+                self._scope.refuse_unlike(term, member, (token.begin, token.end), self._note)
         equal = [EqualityFormula(term, member, equal=True) for member in members_of if member is not None]
         span = (tokens[at].begin, tokens[at].end)
         return JointFormula(Tightness.DISJUNCTION, equal, span) if equal else None
@@ -404,9 +431,10 @@ class LiftedParser:
             message = f"`{table.name}({columns})` has {len(table.types)} columns, and this has {len(listed)}"
             self._note(Slug.WRONG_ROW, message, tokens[0].begin, tokens[-1].end)
             return ConstantFormula(True)
-        for token in listed:
+        for token, kind in zip(listed, table.types, strict=True):
             term = self._scope.term(token.text)
             if term is not None:
+                self._scope.refuse_other_type(term, kind, token, self._note)
                 terms.append(term)
             elif token.text in self._scope.names.plain or token.text in self._scope.names.indexed:
                 message = f"a table is about objects, and `{token.text}` is a variable"

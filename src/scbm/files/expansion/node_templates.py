@@ -55,6 +55,9 @@ KINDS: dict[str, NodeKind] = {
 }
 """The keys whose texts can have parameters, wherever they stand in an entry; all others are copied."""
 
+_WARNINGS = (Slug.COUNT_ALWAYS_HOLDS,)
+"""The slugs of warnings; all others are of errors."""
+
 _IN_TEXT = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
 """A parameter in a text for people or for drivers, such as the name of a topic."""
 
@@ -101,8 +104,11 @@ class _LiftedScalar:
     is_plain: bool = False
 
     def note(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
-        """Note an error about characters of the text; one without a message follows from others."""
+        """Note an error or a warning about characters of the text; an error without a message follows from others."""
         assert self.lifted.scalar is not None  # noqa: S101 - it was parsed
+        if slug in _WARNINGS:
+            self.report.warn(slug, message, self.lifted.scalar.stretch(begin, end), remedy)
+            return
         self.is_wrong = True
         if message:
             self.report.add(slug, message, self.lifted.scalar.stretch(begin, end), remedy)
@@ -147,7 +153,14 @@ class PredicateTemplate(NodeTemplate):
         """Parse the predicates; with `is_static`, note each part of them that reads a variable."""
         self._node = node
         self._parts: list[tuple[_LiftedScalar, Formula]] = []
-        for element in node.elements if isinstance(node.plain, list) else [node]:
+        elements = node.elements if isinstance(node.plain, list) else [node]
+        whole = _unsplit([element.text or "" for element in elements])
+        if whole is not None:
+            key = "`where`" if is_static else "a guard"
+            message = f"in a list, YAML splits {key} at each comma, also within brackets"
+            report.add(Slug.PREDICATE_SYNTAX, message, node.place, f"join the conditions with `&&`: `{whole}`")
+            elements = [YamlNode(None, node.place, condemned=True, end=node.end)]
+        for element in elements:
             scalar = _LiftedScalar(element, report, scope.names.limit)
             self._parts.append((scalar, _parsed(scalar, scope, is_static=is_static)))
 
@@ -169,6 +182,19 @@ class PredicateTemplate(NodeTemplate):
         if not left:
             return [text_node("true", self._node.place, self._node.end)]
         return [list_node(left, self._node.place, self._node.end)]
+
+
+def _unsplit(texts: Sequence[str]) -> str | None:
+    """Return the conjunction of texts that are split within brackets; `None` if none of them is."""
+    parts: list[str] = []
+    depth = 0
+    for text in texts:
+        if depth:
+            parts[-1] += f", {text}"
+        else:
+            parts.append(text)
+        depth += text.count("(") - text.count(")")
+    return " && ".join(parts) if depth == 0 and len(parts) < len(texts) else None
 
 
 def _pieces(formula: Formula, choice: Choice) -> Pieces | bool:

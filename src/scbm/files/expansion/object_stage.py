@@ -143,6 +143,8 @@ class _ObjectStage:
         if key is not None:
             conditions += self._guard_conditions(node, scope)
             lifted.choices = self._choices(section, key, conditions)
+            if not lifted.choices:
+                self._warn_of_no_instance(key)
         return lifted
 
     def _is_declared(self, section: str, key: LiftedKey) -> bool:
@@ -187,7 +189,7 @@ class _ObjectStage:
         try:
             choices = choices_of(key, self._facts.types, conditions)
         except TooManyChoices as error:
-            message = f"`{key.shown}` has {error.shown} instances; at most {MAX_CHOICES:,} are built"
+            message = f"`{key.shown}` has {error.shown}"
             remedy = "use fewer objects, or exclude choices with `where`"
             self._report.add(Slug.TOO_MANY_INSTANCES, message, key.place, remedy)
             self._incomplete.append(section)
@@ -198,6 +200,13 @@ class _ObjectStage:
         for indexed in self._owned(section, key.base):
             indexed.declared.update(dict.fromkeys(choices))
         return choices
+
+    def _warn_of_no_instance(self, key: LiftedKey) -> None:
+        """Note an entry without any choice of objects."""
+        empty = next((kind for kind in key.kinds if not self._facts.objects(kind)), None)
+        reason = "its condition holds for no objects" if empty is None else f"the type `{empty}` has no objects"
+        remedy = "correct `where`, or the guard" if empty is None else f"list them: `{empty}: [a, b]`"
+        self._report.warn(Slug.NO_INSTANCE, f"`{key.base}` has no instance: {reason}", key.place, remedy)
 
     def _owned(self, section: str, base: str) -> Iterator[IndexedName]:
         """Yield the names with an index that an entry declares."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 import shlex
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scbm.files.input_file import open_input
 from scbm.files.spelling import nearest
 from scbm.files.yaml.document import YamlNode, read_document
 from scbm.files.yaml.source_text import SourceText
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import Diagnostic, InputError, Place, Severity, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -34,6 +35,7 @@ class ErrorCollector:
         self._users: dict[str, Place] = {}
         self._found: dict[tuple[Place, Slug, str], Diagnostic] = {}
         self._folded: dict[tuple[str, int], None] = {}
+        self._warnings: dict[Diagnostic, None] = {}
 
     def fold_lines(self, first: Place, last: int) -> None:
         """Take the lines from `first` to the number `last` for those of one lifted entry.
@@ -64,15 +66,23 @@ class ErrorCollector:
         Raises:
             InputError: the maximum number of errors is reached.
         """
+        diagnostic = self._diagnostic(slug, message, place, remedy)
+        is_folded = (place.file, place.line) in self._folded
+        self._found.setdefault((place, slug, "" if is_folded else diagnostic.message), diagnostic)
+        if len(self._found) >= MAX_ERRORS:
+            raise self.error()
+
+    def warn(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
+        """Note one warning, which is shown if the text has no errors."""
+        warning = replace(self._diagnostic(slug, message, place, remedy), severity=Severity.WARNING)
+        self._warnings.setdefault(warning)
+
+    def _diagnostic(self, slug: Slug, message: str, place: Place, remedy: str | None) -> Diagnostic:
         lines = self._others[place.file].lines if place.file in self._others else self._source_lines
         source_line = lines[place.line - 1] if 0 < place.line <= len(lines) else None
         user = self._users.get(place.file)
         shown = _shown(message if user is None else f"{message} (used in {user.file}:{user.line})")
-        diagnostic = Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, source_line)
-        is_folded = (place.file, place.line) in self._folded
-        self._found.setdefault((place, slug, "" if is_folded else shown), diagnostic)
-        if len(self._found) >= MAX_ERRORS:
-            raise self.error()
+        return Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, source_line)
 
     def add_found(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Take errors that were found in another file before it was known here."""
@@ -84,6 +94,11 @@ class ErrorCollector:
         """The errors so far, in the order in which they were found."""
         return tuple(self._found.values())
 
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """The warnings so far, in the order in which they were found."""
+        return tuple(self._warnings)
+
     def copy(self) -> ErrorCollector:
         """Return a collector with the same diagnostics: a text that is parsed once can be read for several models."""
         copied = ErrorCollector(self._source_lines)
@@ -91,6 +106,7 @@ class ErrorCollector:
         copied._users.update(self._users)
         copied._found.update(self._found)
         copied._folded.update(self._folded)
+        copied._warnings.update(self._warnings)
         return copied
 
     def __len__(self) -> int:
