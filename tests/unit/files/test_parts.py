@@ -376,3 +376,54 @@ def test_the_keys_are_those_that_are_declared() -> None:
     assert list(USE_KEYS) == list(PartUseKeys.declared)
     assert list(PARAMETER_KEYS) == list(PartParameterKeys.declared)
     assert list(PART_KEYS) == list(PartKeys.declared)
+
+
+GUARDED = """\
+part: guarded
+parameters: {stop: {}}
+variables: {x: {domain: 0..3, initial: 0}}
+operations:
+  go: {pre: {g: x < 2 && stop == healthy, a: [x <- 1]}, post: {g: stop == healthy || x == 1}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("argument", "message"),
+    [
+        ('"estop == pressed || estop"', "`stop` stands for a name here, and this is a condition"),
+        ('"estop == healthy && estop"', "`stop` stands for a name here, and this is a condition"),
+        ("[estop]", "`stop` stands for a name here, and this is a list"),
+        ("{name: estop}", "`stop` stands for a name here, and this is a mapping"),
+        ('""', "`stop` stands for a name here, and this is empty"),
+        ("null", "`stop` stands for a name here, and this is empty"),
+        ('"estop) || (estop"', "`stop` stands for one unit here, and the brackets of this do not match"),
+    ],
+)
+def test_an_argument_that_does_not_fit_is_one_error_there(argument: str, message: str, tmp_path: Path) -> None:
+    cell = f"behavior_model: cell\nparts:\n  left: {{use: guarded.yaml, with: {{stop: {argument}}}}}\nvariables:\n"
+    cell += "  estop: {domain: [healthy, pressed], initial: healthy}\noperations: {}\n"
+    (found,) = found_in(written(tmp_path, cell=cell, guarded=GUARDED))
+    assert (found.message, Path(found.place.file).name, found.place.line) == (message, "cell.yaml", 3)
+
+
+@pytest.mark.parametrize("name", ["true", "state", "current", "plan", "none", "forall", "never"])
+def test_a_reserved_word_is_no_name_of_a_part(name: str, tmp_path: Path) -> None:
+    path = written(tmp_path, cell=MODEL.replace("right:", f"{name}:").replace("right.", "left."), door=DOOR)
+    assert heads(path) == [f"cell.yaml:4:3:{len(name)} reserved-name"]
+
+
+def test_an_included_file_whose_parameter_needs_a_value_belongs_under_parts(tmp_path: Path) -> None:
+    (found,) = found_in(written(tmp_path, cell=f"{MODEL}include: guarded.yaml\n", door=DOOR, guarded=GUARDED))
+    assert found.remedy == "use it under `parts`: `parts: {NAME: {use: guarded.yaml, with: {stop: …}}}`"
+
+
+def test_the_path_of_a_part_is_shown_without_detours(tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    cell = "behavior_model: cell\ninclude: sub/../more.yaml\nvariables: {}\noperations: {}\n"
+    (found,) = found_in(written(tmp_path, cell=cell, more="part: more\nmore: 1\nvariables: {}\n"))
+    assert found.place.file == str(tmp_path / "more.yaml")
+
+
+def test_a_part_is_checked_with_a_model_that_uses_it(tmp_path: Path) -> None:
+    (found,) = found_in(written(tmp_path, cell=GUARDED))
+    assert found.remedy == "check a model that uses it"

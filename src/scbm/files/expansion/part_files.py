@@ -69,7 +69,7 @@ class PartFiles:
             named: a path, relative to the file that uses the part, or the name of a part of the library.
             user: the file that uses it.
         """
-        if named.text is None or named.plain is None:
+        if not named.text or named.plain is None:
             if not named.condemned:
                 remedy = "write the path of a part, such as `door.yaml`, or one of the library, such as `scbm:gripper`"
                 self.report.add(Slug.WRONG_SHAPE, "expected the path of a part", named.place, remedy)
@@ -78,6 +78,8 @@ class PartFiles:
         if shown is None or not self._is_allowed(shown, named):
             return None
         path = shown.resolve()
+        plain = Path(os.path.normpath(shown))
+        shown = plain if plain.resolve() == path else shown  # with a symbolic link before `..`, they may differ
         if path not in self._opened:
             self._opened[path] = self._read(shown, path, named)
         return self._opened[path]

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, scalar_node, with_entries
 from scbm.files.expansion.rewritten_scalar import Piece, RewrittenScalar
+from scbm.files.yaml.document import YamlNode
+from scbm.model import Slug
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import Scalar
+    from scbm.files.yaml.text_files import ErrorCollector
 
 NAMED_SECTIONS = (
     "variables",
@@ -43,6 +45,15 @@ _TOKEN = re.compile(r"(?<!\w)(?!(?:min|max)\s*\()[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*
 
 _OPERATOR = re.compile(r"[-+]|[=!<>]=|[<>]|&&|\|\|")
 """An operator of predicates or sums; `->` and `<-` have one of these characters, too."""
+
+_CONDITION = re.compile(r"[=!<>]=|>|<(?!-)|&&|\|\||!|\bin\b")
+"""What only conditions have: an argument with it cannot stand for an operand of a comparison or a sum."""
+
+_AFTER_OPERAND = re.compile(r"\s*([=!<>]=|>|<|[-+](?!>)|in\b|\[|,)")
+"""What follows an operand that is no whole condition."""
+
+_BEFORE_OPERAND = re.compile(r"([=!<>]=|(?<!-)>|<-?|[-+]|[\[{,])\s*\Z")
+"""What precedes such an operand."""
 
 _NUMBER = re.compile(r"\s*-?\d+\s*")
 
@@ -93,11 +104,13 @@ class PartCopy:
         prefix: what the names of the part begin with in the copy, such as `cnc1.`; empty for an included file.
         declared: the names that the part declares.
         arguments: the node that stands for each parameter.
+        report: where errors go: an argument does not fit where its parameter stands.
     """
 
     prefix: str
     declared: DeclaredNames
     arguments: Mapping[str, YamlNode]
+    report: ErrorCollector
 
     def section(self, name: str, node: YamlNode) -> YamlNode:
         """Return the copy of a section, whose keys are the names of its entries."""
@@ -144,10 +157,24 @@ class PartCopy:
             return self.arguments[scalar.text]
         if not has_names:
             return node
+        if not self._fits(scalar.text):
+            return YamlNode(None, node.place, condemned=True, end=node.end)
         pieces = list(self._pieces(scalar))
         if len(pieces) == 1 and pieces[0].is_copy:
             return node
         return scalar_node(RewrittenScalar(pieces), node.place, node.end)
+
+    def _fits(self, text: str) -> bool:
+        """Return whether the arguments for the parameters in a text fit there; note those that do not."""
+        wrong = 0
+        for token in _TOKEN.finditer(text):
+            argument = self.arguments.get(token[0])
+            message = None if argument is None else _misfit(argument, text[: token.start()], text[token.end() :])
+            if argument is not None and message is not None:
+                wrong += 1
+                remedy = "give one name, or one value"
+                self.report.add(Slug.WRONG_SHAPE, f"`{token[0]}` {message}", argument.place, remedy)
+        return not wrong
 
     def _pieces(self, scalar: Scalar) -> Iterator[Piece]:
         """Yield the pieces of a text with names: names of the part get the prefix, parameters become arguments."""
@@ -163,6 +190,34 @@ class PartCopy:
                 yield Piece.instead(f"{self.prefix}{token[0]}", scalar, token.start(), token.end())
                 end = token.end()
         yield Piece.copy(scalar, end)
+
+
+def _misfit(argument: YamlNode, before: str, after: str) -> str | None:
+    """Return why an argument cannot stand between two texts; `None` if it can."""
+    if argument.condemned:
+        return None
+    if argument.scalar is None:
+        found = "a list" if isinstance(argument.plain, list) else "a mapping"
+        return f"stands for a name here, and this is {found}"
+    text = argument.scalar.text
+    if argument.plain is None or not text.strip():
+        return "stands for a name here, and this is empty"
+    if not _is_balanced(text):
+        return "stands for one unit here, and the brackets of this do not match"
+    is_operand = _AFTER_OPERAND.match(after) or _BEFORE_OPERAND.search(before)
+    if is_operand and _CONDITION.search(text):
+        return "stands for a name here, and this is a condition"
+    return None
+
+
+def _is_balanced(text: str) -> bool:
+    """Return whether each bracket of a text closes one that it opens."""
+    depth = 0
+    for character in text:
+        depth += (character == "(") - (character == ")")
+        if depth < 0:
+            return False
+    return depth == 0
 
 
 def _argument(argument: Scalar, *, is_whole: bool) -> Iterator[Piece]:

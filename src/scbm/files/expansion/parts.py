@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mapping_node, with_entries
 from scbm.files.expansion.part_files import SHARED_SECTIONS, PartFile, PartFiles
 from scbm.files.expansion.part_names import NAMED_SECTIONS, DeclaredNames, PartCopy
+from scbm.files.expansion.static_facts import QUANTIFIERS
+from scbm.files.language.grammar import keywords
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.yaml_events import MAX_NODES
 from scbm.model import Diagnostic, InputError, Slug
@@ -30,6 +32,9 @@ _REQUIRED = ("variables", "operations")
 _SECTIONS = (*SHARED_SECTIONS, *NAMED_SECTIONS)
 
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+
+_RESERVED = (*keywords(), *QUANTIFIERS, "current", "plan", "state", "name", "none")
+"""Words that begin or end other names, or mean something else where names stand."""
 
 _MAX_USES = 1_000
 """The maximum number of parts in a model, those of parts included."""
@@ -97,7 +102,7 @@ class _Expansion:
         for each in named:
             part = self._opened(each, users, file)
             if part is not None:
-                arguments = self._arguments(part, {}, each.place, f"`{each.text}`")
+                arguments = self._arguments(part, {}, each.place)
                 yield _Use(self._copied(part, "", arguments, users, each.place), each.place)
 
     def _parts(self, document: YamlNode, users: tuple[Path, ...], file: Path) -> Iterator[_Use]:
@@ -112,7 +117,7 @@ class _Expansion:
             named, given = self._use_of(entry)
             part = self._opened(named, users, file) if named is not None else None
             if part is not None:
-                arguments = self._arguments(part, given, entry.place, f"`{entry.key}`")
+                arguments = self._arguments(part, given, entry.place, entry.key)
                 yield _Use(self._copied(part, f"{entry.key}.", arguments, users, entry.place), entry.place)
 
     def _use_of(self, entry: MappingEntry) -> tuple[YamlNode | None, dict[str, MappingEntry]]:
@@ -131,6 +136,11 @@ class _Expansion:
             self.report.add(Slug.BAD_NAME, message, entry.place, "names of parts are letters, digits and `_`")
             self.is_whole = False
             return None, {}  # each name in the part would be wrong as well
+        if entry.key in _RESERVED:
+            message = f"`{entry.key}` is a reserved word"
+            self.report.add(Slug.RESERVED_NAME, message, entry.place, "choose another word")
+            self.is_whole = False
+            return None, {}
         if "use" not in node.items and not node.incomplete:
             self.report.add(
                 Slug.MISSING_KEY, f"`use` is missing in `{entry.key}`", entry.place, "name the file: `use: door.yaml`"
@@ -156,9 +166,9 @@ class _Expansion:
         return part
 
     def _arguments(
-        self, part: PartFile, given: dict[str, MappingEntry], place: Place, called: str
+        self, part: PartFile, given: dict[str, MappingEntry], place: Place, name_of_use: str | None = None
     ) -> dict[str, YamlNode]:
-        """Return the node of each parameter; note missing and unknown ones."""
+        """Return the node of each parameter; note missing and unknown ones. An included file has no name of its use."""
         for name, entry in given.items():
             if name not in part.parameters:
                 remedy = suggestion(name, part.parameters, "its parameters are")
@@ -170,8 +180,12 @@ class _Expansion:
             if node is not None:
                 arguments[name] = node
             elif nearest(name, (other for other in given if other not in part.parameters)) is None:
-                message = f"{called} needs a value for the parameter `{name}` of its part"
-                self.report.add(Slug.MISSING_KEY, message, place, f"write `with: {{{name}: …}}`")
+                shown = Path(part.document.place.file).name
+                message = f"`{name_of_use or shown}` needs a value for the parameter `{name}` of its part"
+                remedy = f"write `with: {{{name}: …}}`"
+                if name_of_use is None:
+                    remedy = f"use it under `parts`: `parts: {{NAME: {{use: {shown}, with: {{{name}: …}}}}}}`"
+                self.report.add(Slug.MISSING_KEY, message, place, remedy)
         return arguments
 
     def _copied(
@@ -183,7 +197,7 @@ class _Expansion:
         self._add_to_count(whole.size, place)
         declared = DeclaredNames(whole)
         self._refuse_hidden(part, declared)
-        copy = PartCopy(prefix, declared, arguments)
+        copy = PartCopy(prefix, declared, arguments, self.report)
         return with_entries(
             whole,
             (

@@ -192,7 +192,8 @@ def _refuse_other_kinds(document: YamlNode, noun: str, report: ErrorCollector) -
     for other, key in _MARKS.items():
         if other != noun and own is not None and key in document.items and own not in document.items:
             message = f"this is a {other} file, and a {noun} file is needed here"
-            report.add(Slug.WRONG_SHAPE, message, document.key_places[key])
+            remedy = "check a model that uses it" if (other, noun) == ("part", "model") else None
+            report.add(Slug.WRONG_SHAPE, message, document.key_places[key], remedy)
             raise report.error()
 
 
