@@ -36,6 +36,9 @@ CASE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
 
 _NEARLY_NAME = re.compile(r"[\w .-]{1,60}", re.ASCII)
 
+_LONG_DURATION = re.compile(r"\s*\d{16,}(?:\.\d+)?\s*[a-zµ]+\s*", re.ASCII)
+"""A duration whose number has more digits than `parse_duration` reads."""
+
 
 class ValueReader:
     """Reads values in one scope, and notes every error in a report.
@@ -185,7 +188,10 @@ class ValueReader:
             self.add(Slug.BARE_DURATION, message, node.place, f"write `{text} s` or `{text} ms`")
         else:
             remedy = "write a number and a unit: `10 s`, `500 ms`, `2 minutes`"
-            self.add(Slug.BAD_DURATION, f"`{text}` is not a duration", node.place, remedy)
+            message = f"`{text}` is not a duration"
+            if _LONG_DURATION.fullmatch(text):
+                message = f"`{text}` is too large: the number of a duration has at most 15 digits before its point"
+            self.add(Slug.BAD_DURATION, message, node.place, remedy)
         return None
 
     def time(self, node: YamlNode, text: str) -> int | None:

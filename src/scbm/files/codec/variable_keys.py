@@ -23,6 +23,7 @@ MAX_VALUES = 65_536
 """The maximum number of values of a domain: indices of values fit 16 bits."""
 
 _RANGE = re.compile(r"(-?\d{1,18})\s*\.\.\s*(-?\d{1,18})", re.ASCII)
+_LONG_RANGE = re.compile(r"-?\d+\s*\.\.\s*-?\d+", re.ASCII)
 _ENDS = re.compile(r"(-?\d{1,18})\s*(?:\.+|-|:|,|to|…)\s*(-?\d{1,18})", re.ASCII)
 """Ranges as other languages write them."""
 
@@ -40,6 +41,10 @@ def read_domain(reader: ValueReader, node: YamlNode) -> Domain | None:
     match = _RANGE.fullmatch(text)
     if match is not None:
         return _range(reader, int(match[1]), int(match[2]), node)
+    if _LONG_RANGE.fullmatch(text):
+        message = f"a domain can have {MAX_VALUES} values between numbers of 18 digits, and `{text}` is too large"
+        reader.add(Slug.DOMAIN_TOO_LARGE, message, node.place)
+        return None
     reader.add(Slug.BAD_DOMAIN, f"`{text}` is not a domain", node.place, _domain_remedy(text))
     return None
 

@@ -18,6 +18,7 @@ from scbm.files.expansion.lifted_entries import (
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
 from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
+from scbm.files.spelling import nearest
 from scbm.model import Slug
 from scbm.model.variables import (
     CURRENT_NAME,
@@ -297,7 +298,11 @@ class _ObjectStage:
         base, rest = (key.base, key.rest) if key is not None else _split(text)
         owner = self._owner(base)
         if owner is None:
-            if key is None and "[" not in text:
+            if key is None and "[" not in text and (near := self._similar(base)) is not None:
+                message = f"the model has no obligation `{text}`"
+                remedy = f"did you mean `{near}{rest}`?"
+                self._report.add(Slug.UNKNOWN_OBLIGATION, message, obligation.place, remedy)
+            elif key is None and "[" not in text:
                 yield node
             elif key is not None:
                 self._report.add(
@@ -310,6 +315,18 @@ class _ObjectStage:
         for choice in choices:
             if choice in known:
                 yield _waiver(template, key, choice, f"{base}{joined(choice)}{rest}")
+
+    def _similar(self, base: str) -> str | None:
+        """Return the lifted entry with a name like that of an unknown obligation; `None` if there is none."""
+        lifted: list[str] = []
+        for section, prefix in (("operations", ""), ("automatic_transitions", "automatic/")):
+            for entry in self._entries.get(section, ()):
+                if entry.key is not None:
+                    lifted.append(f"{prefix}{entry.key.base}")
+                elif f"{prefix}{entry.written.key}" == base:
+                    return None
+        is_ground = any(base.startswith(f"{each}.") for each in lifted)
+        return None if is_ground else nearest(base, lifted)
 
     def _owner(self, base: str) -> list[tuple[str, ...]] | None:
         """Return the choices of the operation or of the automatic transition with obligations of this name."""
