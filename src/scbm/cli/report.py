@@ -14,7 +14,7 @@ from rich.text import Text
 from typer.models import OptionInfo
 
 from scbm.cases.case import BETWEEN_GOALS, CaseGoalNames
-from scbm.cases.coverage import Cover, LiftedStatuses, smallest_cover
+from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options.campaign_options import (
     FAIL_UNDER,
     FAIL_UNDER_HELP,
@@ -189,8 +189,7 @@ def command(
     if written:
         errors().line(f"Written: {', '.join(written)}")
     coverable = None if history.decided is None else history.decided.coverable
-    lifted = LiftedStatuses.of(history.model, history.statuses)
-    folded = None if lifted is None else lifted.figure
+    folded = None if history.lifted is None else history.lifted.figure
     evidence_of_mutants = history.evidence if asks_for_asserted(wanted_figures) else None
     is_met = meets_thresholds(history.coverage, wanted_figures, coverable, evidence_of_mutants, folded)
     return 0 if is_met and is_saved else 1

@@ -10,26 +10,37 @@ from scbm.cases.coverage import STATE_ASPECTS, Aspect
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from scbm.cases.coverage import Obligation
+    from scbm.cases.coverage import InstanceFolds, Obligation
 
 _ALL_STATES = "every state"
 _TIMES = "\N{MULTIPLICATION SIGN}"
 
 
-def in_few_words(obligations: Iterable[Obligation]) -> tuple[str, ...]:
-    """Return the obligations, grouped by equal aspects: `scan, pick: failed, timedout`; automatic transitions last."""
+def in_few_words(obligations: Iterable[Obligation], folds: InstanceFolds | None = None) -> tuple[str, ...]:
+    """Return the obligations, grouped by equal aspects: `scan, pick: failed, timedout`; automatic transitions last.
+
+    Args:
+        obligations: the obligations.
+        folds: the entries whose instances are folded; by default no entry's are.
+    """
     by_subject: dict[str, list[Aspect]] = {}
     taken: list[str] = []
     for obligation in obligations:
         if obligation.aspect is Aspect.TAKEN:
-            taken.append(str(obligation))
+            taken.append(obligation.subject)
         else:
             by_subject.setdefault(obligation.subject, []).append(obligation.aspect)
     by_aspects: dict[str, list[str]] = {}
     for subject, aspects in by_subject.items():
         by_aspects.setdefault(aspects_in_words(aspects), []).append(subject)
-    groups = [f"{', '.join(subjects)}: {aspects}" for aspects, subjects in by_aspects.items()]
-    return (*groups, ", ".join(taken)) if taken else tuple(groups)
+    groups = [
+        f"{', '.join(subjects if folds is None else folds.folded(subjects))}: {aspects}"
+        for aspects, subjects in by_aspects.items()
+    ]
+    if not taken:
+        return tuple(groups)
+    transitions = taken if folds is None else folds.folded(taken, is_automatic=True)
+    return (*groups, ", ".join(f"automatic/{name}" for name in transitions))
 
 
 def plan_in_words(plan: Iterable[str], arrow: str) -> str:
@@ -44,6 +55,13 @@ def aspects_in_words(aspects: Iterable[Aspect]) -> str:
     states = [aspect.value for aspect in STATE_ASPECTS if aspect in there]
     others = [aspect.value for aspect in Aspect if aspect in there and aspect not in STATE_ASPECTS]
     return ", ".join([_ALL_STATES, *others] if len(states) == len(STATE_ASPECTS) else [*states, *others])
+
+
+def reason_about_it(reason: str, subject: str) -> str:
+    """Return a reason without the name of its subject, which stands in the line above."""
+    if reason.startswith(f"{subject} "):
+        return f"it {reason.removeprefix(subject).lstrip()}"
+    return reason.replace(f"takes automatic/{subject};", "takes it;")
 
 
 def listed(parts: Sequence[str], word: str = "and") -> str:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from zlib import compress, decompressobj
 from zlib import error as damaged
 
-from scbm.cases.coverage import Coverage, Obligations, Statuses
+from scbm.cases.coverage import Coverage, LiftedStatuses, Obligations, Statuses
 from scbm.cases.trace import End
 from scbm.model import FIRST_PLANNER
 from scbm.store.stored_mutants import find_evidence
@@ -212,6 +212,11 @@ class History:
     def statuses(self) -> Statuses:
         """The statuses of obligations; without certificates and waivers visits alone decide them."""
         return self.decided or Statuses.of(self.coverage, forced=self.forced)
+
+    @cached_property
+    def lifted(self) -> LiftedStatuses | None:
+        """The statuses of lifted obligations; `None` for a model without parameters."""
+        return LiftedStatuses.of(self.model, self.statuses)
 
     @cached_property
     def evidence(self) -> AssertionEvidence:

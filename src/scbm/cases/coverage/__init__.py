@@ -3,6 +3,7 @@
 This package reads traces and counts; it runs nothing and prints nothing.
 """
 
+from scbm.cases.coverage.instance_folds import InstanceFolds
 from scbm.cases.coverage.lifted_statuses import LiftedStatus, LiftedStatuses, first_missed, instances_of
 from scbm.cases.coverage.obligations import (
     ASSERTED,
@@ -50,6 +51,7 @@ __all__ = [
     "Decision",
     "Figure",
     "GrowthStep",
+    "InstanceFolds",
     "LiftedStatus",
     "LiftedStatuses",
     "Obligation",

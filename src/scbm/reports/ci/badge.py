@@ -30,13 +30,20 @@ _MARGIN = 6
 def badge(history: History) -> str:
     """Return the badge for all cases of a store."""
     decided = history.decided
+    lifted = None if history.lifted is None else history.lifted.figure
     if decided is None:
-        return badge_svg(history.coverage.figure)
-    return badge_svg(history.coverage.figure, coverable=decided.coverable, assumptions=decided.assumptions)
+        return badge_svg(history.coverage.figure, lifted=lifted)
+    return badge_svg(
+        history.coverage.figure, coverable=decided.coverable, assumptions=decided.assumptions, lifted=lifted
+    )
 
 
 def badge_svg(
-    figure: Figure, label: str = "SCBM-IAS", coverable: Figure | None = None, assumptions: Sequence[str] = ()
+    figure: Figure,
+    label: str = "SCBM-IAS",
+    coverable: Figure | None = None,
+    assumptions: Sequence[str] = (),
+    lifted: Figure | None = None,
 ) -> str:
     """Return a badge, 20 pixels high: a label, and the figure on the colour for its percentage.
 
@@ -45,8 +52,10 @@ def badge_svg(
         label: the text before it.
         coverable: the figure of what can be covered, which stands behind it and does not decide the colour.
         assumptions: what the proofs behind that figure assume, one sentence each; viewers show them on hovering.
+        lifted: the figure of lifted obligations, of a model with parameters; it does not decide the colour either.
     """
-    value = str(figure) if coverable is None else f"{figure}, {coverable} of what can be covered"
+    folded = "" if lifted is None else f", {lifted} lifted"
+    value = f"{figure}{folded}" if coverable is None else f"{figure}{folded}, {coverable} of what can be covered"
     left, right = _width(label), _width(value)
     name = escape(visible(f"{label}: {value}"))
     assumed = f". Proofs assume: {' '.join(assumptions)}" if assumptions else ""

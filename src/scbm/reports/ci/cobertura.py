@@ -39,6 +39,9 @@ def cobertura_xml(history: History) -> str:
     root.set("branches-valid", str(branches.of))
     root.set("version", f"scbm {__version__}")
     root.set("timestamp", str(_milliseconds(history.runs[-1].started)))
+    if history.lifted is not None:
+        lifted = history.lifted.figure
+        root.append(Comment(f" Lifted: {lifted}, {lifted.visited} of {lifted.of} "))
     if history.statuses.assumptions:
         root.append(Comment(_comment(f"Proofs assume: {' '.join(history.statuses.assumptions)}")))
     SubElement(SubElement(root, "sources"), "source").text = base

@@ -55,6 +55,11 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
     yield "scbm_ias", str(figure)
     yield "obligations_visited", str(figure.visited)
     yield "obligations", str(figure.of)
+    if history.lifted is not None:
+        lifted = history.lifted.figure
+        yield "lifted", str(lifted)
+        yield "lifted_obligations_visited", str(lifted.visited)
+        yield "lifted_obligations", str(lifted.of)
     if history.short_count:
         yield "cases_short_of_goal", short_of_goal_in_words(history.short_count, history.short)
     if history.decided is not None:

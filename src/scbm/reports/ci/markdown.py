@@ -79,11 +79,16 @@ def _headline(history: History) -> str:
     failed = f"**{len(history.failed)} failed**; " if history.failed else ""
     words = short_of_goal_in_words(history.short_count, history.short)
     short = f"\nPassed short of the goal: {_plain(words)}\n" if words else ""
+    lifted = "" if history.lifted is None else _lifted_words(history.lifted.figure)
     return (
         f"## {mark} SCBM-IAS of {_code(history.model.name)}: {figure}\n\n"
-        f"{bar}{figure.visited} of {figure.of} obligations visited\n\n"
+        f"{bar}{figure.visited} of {figure.of} obligations visited\n\n{lifted}"
         f"{failed}{cases}; {durations(history)}\n{short}"
     )
+
+
+def _lifted_words(figure: Figure) -> str:
+    return f"**{figure} lifted** ({figure.visited} of {figure.of}): an operation with parameters counts once\n\n"
 
 
 def _statuses(history: History) -> Iterator[str]:

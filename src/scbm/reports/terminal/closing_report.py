@@ -10,21 +10,28 @@ from typing import TYPE_CHECKING, NamedTuple, assert_never
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, count_statuses, status_counts_in_words
+from scbm.cases.coverage import (
+    Aspect,
+    InstanceFolds,
+    ObligationStatus,
+    Statuses,
+    count_statuses,
+    status_counts_in_words,
+)
 from scbm.closing import Decision
 from scbm.closing.advice.suggestions import grouped
 from scbm.closing.requirements.decided_requirements import RequirementStatus
-from scbm.closing.summaries import aspects_in_words, in_few_words
+from scbm.closing.summaries import aspects_in_words, in_few_words, reason_about_it
 from scbm.model import format_moment
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
-from scbm.reports.status_lines import waiver_warnings
+from scbm.reports.status_lines import lifted_lines, waiver_warnings
 from scbm.reports.terminal.failure_report import finding_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases.coverage import Figure
-    from scbm.closing import Closing, ClosingCase, Decided, Suggestion
+    from scbm.closing import Closing, ClosingCase, Decided
     from scbm.closing.closing_files import ClosingFiles
     from scbm.closing.decisions import Consequence, FoundFault, StageEnd
     from scbm.closing.requirements.decided_requirements import DecidedRequirement
@@ -97,7 +104,7 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield Text()
     yield from _figures(closing, setting)
     yield from _failed(setting)
-    yield from _cases(closing.cases)
+    yield from _cases(closing)
     yield from _found(setting)
     yield from _consequences(closing, setting)
     yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE)
@@ -108,7 +115,7 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _decisions("Undecided", closing, Decision.UNDECIDED)
     yield from _requirements(closing)
     yield from ended_lines(closing.ended)
-    yield from _suggestions(closing.suggestions, setting)
+    yield from _suggestions(closing, setting)
     yield from _commands(closing, setting)
 
 
@@ -139,6 +146,7 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield line
     if legend:
         yield Text(f"{indentation}{legend}", style="dim")
+    yield from lifted_lines(closing.model, _statuses(closing))
     yield from _decision_counts(closing, counts)
     for sentence in waiver_warnings(closing.visited_waivers, closing.expired_waivers):
         yield from (Text(part, style="yellow") for part in wrapped(sentence, _COLUMNS, "  ", 6))
@@ -147,6 +155,11 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
         yield Text(f"  Written:  goal {goal}, into {setting.file}", style="green")
     for goal in setting.already:
         yield Text(f"  Written:  goal {goal} is in {setting.file} already")
+
+
+def _statuses(closing: Closing) -> Statuses:
+    """Return the decisions as statuses of obligations."""
+    return Statuses(tuple(ObligationStatus(each.obligation, each.decision) for each in closing.decided))
 
 
 def _bar(parts: dict[_FigureSegment, int]) -> Text:
@@ -190,7 +203,8 @@ def _failed(setting: ClosingSetting) -> Iterator[Text]:
 # the new cases
 
 
-def _cases(cases: Sequence[ClosingCase]) -> Iterator[Text]:
+def _cases(closing: Closing) -> Iterator[Text]:
+    cases, folds = closing.cases, InstanceFolds.of(closing.model)
     if not cases:
         return
     time = format_moment(sum(made.execution.ended_ns for made in cases))
@@ -202,11 +216,11 @@ def _cases(cases: Sequence[ClosingCase]) -> Iterator[Text]:
         yield _cells(row, widths)
         if made.case.later:
             yield from _wrapped(made.case.goal_names, 6)
-        for words in in_few_words(made.adds_freely):
+        for words in in_few_words(made.adds_freely, folds):
             yield from _wrapped(words, 6)
         if made.forcing is not None:
             yield from _wrapped(made.forcing, 6, "yellow")
-            for words in in_few_words(made.adds_by_force):
+            for words in in_few_words(made.adds_by_force, folds):
                 yield from _wrapped(words, 8)
 
 
@@ -255,8 +269,9 @@ def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Tex
     beside = sum(not decided.obligation.counts for decided in found)
     more = f", and {beside} queued" if beside else ""
     yield from _head(f"{title}: {len(found) - beside}{more}", "bold red" if decision is Decision.UNDECIDED else "bold")
+    folds = InstanceFolds.of(closing.model)
     for subjects, groups in _grouped(found).items():
-        yield from _group_lines(subjects, groups)
+        yield from _group_lines(subjects, groups, folds)
 
 
 def _assumed(closing: Closing) -> Iterator[Text]:
@@ -288,29 +303,26 @@ def _remedy_of(end: StageEnd) -> str | None:
     return None if end.option is None else f"{end.option} raises this limit"
 
 
-def _grouped(found: Iterable[Decided]) -> dict[tuple[str, ...], tuple[tuple[str, str], ...]]:
+def _grouped(found: Iterable[Decided]) -> dict[tuple[tuple[str, bool], ...], tuple[tuple[str, str], ...]]:
     """Return the groups of aspects with their reasons, by the subjects that share them."""
     by_subject: dict[tuple[str, bool], dict[str, list[Aspect]]] = {}
     for decided in found:
         obligation = decided.obligation
         reasons = by_subject.setdefault((obligation.subject, obligation.aspect is Aspect.TAKEN), {})
-        reasons.setdefault(_of_it(decided.reason, obligation.subject), []).append(obligation.aspect)
-    alike: dict[tuple[tuple[str, str], ...], list[str]] = {}
+        reasons.setdefault(reason_about_it(decided.reason, obligation.subject), []).append(obligation.aspect)
+    alike: dict[tuple[tuple[str, str], ...], list[tuple[str, bool]]] = {}
     for (subject, is_automatic), reasons in by_subject.items():
         groups = tuple((aspects_in_words(aspects), reason) for reason, aspects in reasons.items())
-        alike.setdefault(groups, []).append(f"automatic/{subject}" if is_automatic else subject)
+        alike.setdefault(groups, []).append((subject, is_automatic))
     return {tuple(subjects): groups for groups, subjects in alike.items()}
 
 
-def _of_it(reason: str, subject: str) -> str:
-    """Return a reason without the name of its subject, which stands in the line above."""
-    if reason.startswith(f"{subject} "):
-        return f"it {reason.removeprefix(subject).lstrip()}"
-    return reason.replace(f"takes automatic/{subject};", "takes it;")
-
-
-def _group_lines(subjects: tuple[str, ...], groups: tuple[tuple[str, str], ...]) -> Iterator[Text]:
-    parts = ", ".join(subjects)
+def _group_lines(
+    subjects: tuple[tuple[str, bool], ...], groups: tuple[tuple[str, str], ...], folds: InstanceFolds
+) -> Iterator[Text]:
+    operations = folds.folded(name for name, is_automatic in subjects if not is_automatic)
+    transitions = folds.folded((name for name, is_automatic in subjects if is_automatic), is_automatic=True)
+    parts = ", ".join((*operations, *(f"automatic/{name}" for name in transitions)))
     for aspects, reason in groups:
         is_automatic = aspects == Aspect.TAKEN
         yield from _wrapped(parts if is_automatic else f"{parts}: {aspects}", 2, "")
@@ -363,12 +375,13 @@ def _status_words(decided: DecidedRequirement) -> str:
 # suggestions
 
 
-def _suggestions(suggestions: Sequence[Suggestion], setting: ClosingSetting) -> Iterator[Text]:
+def _suggestions(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+    suggestions, folds = closing.suggestions, InstanceFolds.of(closing.model)
     if not suggestions:
         return
     yield from _head("Suggested changes")
     for suggestion in grouped(suggestions):
-        for words in in_few_words(suggestion.obligations):
+        for words in in_few_words(suggestion.obligations, folds):
             yield from _wrapped(words, 2, "")
         for clause in suggestion.text.split("; "):
             yield from _wrapped(clause, 6)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, Decision, Obligation, Statuses
+from scbm.cases.coverage import Aspect, Decision, InstanceFolds, Obligation, Statuses
 from scbm.model import Outcome
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
@@ -62,15 +62,20 @@ def missing_lines(
     yield Text("Missing in ").append(model.name, style="bold").append(f": {_count(missed)} of {figure.of}")
     yield Text()
     yield headline(figure, columns)
+    yield from lifted_lines(model, statuses or Statuses.of(coverage))
     if statuses is not None:
         yield from status_lines(statuses, columns)
     if not missed:
         return
+    folds = InstanceFolds.of(model)
     order = {name: index for index, name in enumerate(dict.fromkeys(m.obligation.subject for m in missed))}
     by_subject = sorted(missed, key=lambda m: (m.obligation.aspect is Aspect.TAKEN, order[m.obligation.subject]))
-    for _, group in groupby(by_subject, key=lambda m: (m.obligation.aspect is Aspect.TAKEN, m.obligation.subject)):
+    for (entry, is_lifted, _), group in groupby(by_subject, key=lambda m: _entry_of(m.obligation, folds)):
         yield Text()
-        yield from _of_subject(list(group))
+        if is_lifted:
+            yield from _of_entry(entry, list(group), folds, columns)
+        else:
+            yield from _of_subject(list(group))
     undecided = [each for each in missed if each.status is Decision.UNDECIDED]
     if not undecided:
         return
@@ -98,6 +103,34 @@ def _of_subject(missed: Sequence[Missed]) -> Iterator[Text]:
     for (status, reason), aspects in parts.items():
         style = "red" if status is Decision.UNDECIDED else "dim"
         yield Text(f"      {STATUS_MARKS[status]} {aspects:<{width}}  ", style=style).append(reason, style="not red")
+
+
+def _entry_of(obligation: Obligation, folds: InstanceFolds) -> tuple[str, bool, bool]:
+    """Return the entry of the model file that an obligation comes from, whether it has parameters, and its kind."""
+    entry = folds.entry_of(obligation)
+    return entry or obligation.subject, entry is not None, obligation.aspect is Aspect.TAKEN
+
+
+def _of_entry(entry: str, missed: Sequence[Missed], folds: InstanceFolds, columns: int) -> Iterator[Text]:
+    """Yield the missed aspects of an entry with parameters; below each reason its instances, if it is not that of all.
+
+    Instances that miss the same aspects for the same reason share a line.
+    """
+    is_automatic = missed[0].obligation.aspect is Aspect.TAKEN
+    count = folds.count(entry, is_automatic=is_automatic)
+    yield Text("  at: " if is_automatic else "  op: ").append(entry, style="bold").append(f" ({count})")
+    reasons: dict[tuple[str, Decision, str], list[str]] = {}
+    for each in missed:
+        reasons.setdefault((each.obligation.subject, each.status, each.reason), []).append(each.obligation.aspect.value)
+    alike: dict[tuple[str, Decision, str], list[str]] = {}
+    for (subject, status, reason), aspects in reasons.items():
+        alike.setdefault((", ".join(aspects), status, reason), []).append(subject)
+    width = max(len(aspects) for aspects, _, _ in alike)
+    for (names, status, reason), subjects in alike.items():
+        style = "red" if status is Decision.UNDECIDED else "dim"
+        yield Text(f"      {STATUS_MARKS[status]} {names:<{width}}  ", style=style).append(reason, style="not red")
+        if len(subjects) < count:
+            yield from (Text(line, style="dim") for line in wrapped(", ".join(subjects), columns, " " * 10, 12))
 
 
 _REAL = "Real resources"

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect
+from scbm.cases.coverage import Aspect, InstanceFolds
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.cases.trace import PlanReceived
 from scbm.closing import Decision
 from scbm.closing.decisions import SuggestionKind
-from scbm.closing.summaries import in_few_words, plan_in_words
+from scbm.closing.summaries import in_few_words, plan_in_words, reason_about_it
 from scbm.model import format_moment, format_value
 from scbm.proofcheck import StructureArgument, ValuesArgument
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
@@ -71,7 +71,7 @@ def explanation_lines(
         ended: the stages of closing that ended early.
     """
     writer = _ExplanationText(model, files, command)
-    for number, alike in enumerate(_alike(explanations)):
+    for number, alike in enumerate(_alike(explanations, InstanceFolds.of(model))):
         yield from [Text()] if number else []
         yield from writer.lines(alike)
     assumed = assumptions(model, [each.decided.decision for each in explanations])
@@ -94,12 +94,17 @@ def case_lines(text: str, command: str | None, path: str | None = None) -> Itera
         yield command_text("Again: ", command)
 
 
-def _alike(explanations: Iterable[Explanation]) -> Iterator[list[Explanation]]:
-    """Yield groups of explanations: those that are not covered for the same reason, and each of the others alone."""
+def _alike(explanations: Iterable[Explanation], folds: InstanceFolds) -> Iterator[list[Explanation]]:
+    """Yield groups of explanations: those that are not covered for the same reason, and each of the others alone.
+
+    Reasons that differ only in the names of the instances are the same.
+    """
     groups: dict[object, list[Explanation]] = {}
     for explanation in explanations:
         decided = explanation.decided
-        key = (decided.decision, decided.reason) if explanation.visit is None else decided.obligation
+        entry = folds.entry_of(decided.obligation)
+        about = decided.reason if entry is None else reason_about_it(decided.reason, decided.obligation.subject)
+        key = (decided.decision, entry, about) if explanation.visit is None else decided.obligation
         groups.setdefault(key, []).append(explanation)
     yield from groups.values()
 
@@ -109,6 +114,7 @@ class _ExplanationText:
 
     def __init__(self, model: BehaviorModel, files: Mapping[str, str], command: str) -> None:
         self._model = model
+        self._folds = InstanceFolds.of(model)
         self._files = files
         self._command = command
         self._suggestions: dict[Suggestion, None] = {}
@@ -122,7 +128,7 @@ class _ExplanationText:
         by = f" by {decided.case}" if decided.case is not None else ""
         name = str(decided.obligation)
         if len(alike) > 1:
-            name = ", ".join(in_few_words(each.decided.obligation for each in alike))
+            name = ", ".join(in_few_words((each.decided.obligation for each in alike), self._folds))
         yield (
             Text(name, style="bold")
             .append("  ")
@@ -131,14 +137,19 @@ class _ExplanationText:
         if explanation.visit is not None:
             yield from self._visit(explanation.visit, decided.obligation)
         else:
-            yield from self._not_covered(explanation)
-        for suggestion in dict.fromkeys(suggestion for each in alike for suggestion in each.suggestions):
+            is_of_many = len({each.decided.obligation.subject for each in alike}) > 1
+            of_it = reason_about_it(decided.reason, decided.obligation.subject)
+            yield from self._not_covered(explanation, of_it if is_of_many else decided.reason)
+        suggestions: dict[tuple[str, str | None], Suggestion] = {}  # those of instances have the same text
+        for suggestion in (suggestion for each in alike for suggestion in each.suggestions):
+            suggestions.setdefault((suggestion.text, suggestion.name), suggestion)
+        for suggestion in suggestions.values():
             if suggestion not in self._suggestions:
                 yield from _suggestion(suggestion, self._command)
             self._suggestions[suggestion] = None
 
-    def _not_covered(self, explanation: Explanation) -> Iterator[Text]:
-        yield Text(f"  {_sentence(explanation.decided.reason)}")
+    def _not_covered(self, explanation: Explanation, reason: str) -> Iterator[Text]:
+        yield Text(f"  {_sentence(reason)}")
         if explanation.searched is not None:
             if explanation.searched not in self._searched:
                 yield Text(f"  {_search_sentence(explanation.searched)}")
