@@ -82,6 +82,13 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("name", "TEXT NOT NULL", "the name of the model"),
             StoreColumn("text", "TEXT NOT NULL", "the whole model, as `scbm` writes it"),
             StoreColumn("is_current", "INTEGER NOT NULL", "1 for the current model, else 0"),
+            StoreColumn(
+                "lifted",
+                "TEXT",
+                "JSON, if the model file has parameters: a list of section, name, and the entry that the part was"
+                " expanded from; null in rows of older versions",
+                since=8,
+            ),
         ),
     ),
     "obligation": StoreTable(

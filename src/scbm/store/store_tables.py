@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from scbm.cases.coverage import Coverage, Obligations, Unnamed, bits_of
 from scbm.cases.trace import End
 from scbm.files import digest_of, read_model, write_model
-from scbm.model import FIRST_PLANNER, PlannerChoice, PlannerIdentity, Slug
+from scbm.model import FIRST_PLANNER, LiftedOrigin, PlannerChoice, PlannerIdentity, Slug
 from scbm.model.json_reader import convert_json, read_json
 from scbm.store.history import (
     Drawn,
@@ -55,6 +55,9 @@ _CASE_COLUMNS = (
 ADD_CASES = "`scbm test MODEL CASES --store FILE` adds cases; `scbm mutate` with the same cases lists the mutants"
 """The remedy for a store that has results of mutants alone."""
 
+_MAX_ORIGINS_CHARACTERS = 64 * 1024 * 1024
+"""The maximum length of the origins of a model; a store that holds longer ones is damaged."""
+
 _MAX_JSON_CHARACTERS = 16 * 1024 * 1024
 """The maximum length of a JSON text in a column; a store that holds a longer one is damaged."""
 
@@ -75,6 +78,11 @@ class ModelRow:
     name: str
     text: str
     is_current: bool
+    lifted: str | None = None
+
+    def model(self) -> BehaviorModel:
+        """Return the model. Raise `InputError`, `ValueError` and others for a text that scbm does not write."""
+        return replace(read_model(self.text, self.name), origins=_origins(self.lifted))
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,9 +124,15 @@ class Tables:
     # what is read
 
     def models(self) -> tuple[ModelRow, ...]:
-        """All models; one of them is the current one."""
-        rows = self._connection.execute("SELECT id, digest, name, text, is_current FROM model ORDER BY id")
-        return tuple(ModelRow(id_, digest, name, text, bool(current)) for id_, digest, name, text, current in rows)
+        """All models; one of them is the current one. Tables of an older version may not be upgraded yet."""
+        columns = {row[1] for row in self._connection.execute("PRAGMA table_info(model)")}
+        lifted = "lifted" if "lifted" in columns else "NULL"
+        query = f"SELECT id, digest, name, text, is_current, {lifted} FROM model ORDER BY id"  # noqa: S608 - our own
+        rows = self._connection.execute(query)
+        return tuple(
+            ModelRow(id_, digest, name, text, bool(current), None if lifted is None else _text(lifted))
+            for id_, digest, name, text, current, lifted in rows
+        )
 
     def runs(self) -> tuple[RunRow, ...]:
         """All runs, in the order in which they were added. Raises `ValueError` and others for foreign rows."""
@@ -235,14 +249,17 @@ class Tables:
         """Adds the current model, and its obligations; gives its id."""
         self._put_obligations(Obligations.of(model))
         meaning = replace(model, planner=PlannerChoice(), waivers=())  # each run has its own
-        return self.put_model_text(digest_of(model), model.name, write_model(meaning), is_current=True)
+        return self.put_model_text(
+            digest_of(model), model.name, write_model(meaning), is_current=True, lifted=_origins_text(model)
+        )
 
-    def put_model_text(self, digest: str, name: str, text: str, *, is_current: bool) -> int:
+    def put_model_text(self, digest: str, name: str, text: str, *, is_current: bool, lifted: str | None = None) -> int:
         """Adds a model by what it says; gives its id."""
         self._connection.execute(
-            "INSERT INTO model (digest, name, text, is_current) VALUES (?, ?, ?, ?)"
-            " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current)",
-            (digest, name, text, is_current),
+            "INSERT INTO model (digest, name, text, is_current, lifted) VALUES (?, ?, ?, ?, ?)"
+            " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current),"
+            " lifted = coalesce(max(lifted, excluded.lifted), lifted, excluded.lifted)",
+            (digest, name, text, is_current, lifted),
         )
         return self._id("model", "digest", digest)
 
@@ -396,6 +413,22 @@ def _set(stored: bytes) -> int:
     return int.from_bytes(stored, "little")
 
 
+def _origins_text(model: BehaviorModel) -> str | None:
+    """Return the origins of the parts of a model as a column has them; `None` for a model without parameters."""
+    origins = [(origin.section, origin.name, origin.lifted) for origin in model.origins]
+    return json.dumps(origins, ensure_ascii=False) if origins else None
+
+
+def _origins(text: str | None) -> tuple[LiftedOrigin, ...]:
+    """Return the origins of the parts of a model. Raises `ValueError` and others for other texts."""
+    if text is None:
+        return ()
+    return tuple(
+        LiftedOrigin(*each)
+        for each in convert_json(read_json(text, _MAX_ORIGINS_CHARACTERS), list[tuple[str, str, str]])
+    )
+
+
 def _text(value: object) -> str:
     """What a column of texts says. Raises `ValueError` if it is none, as after damage."""
     if not isinstance(value, str):
@@ -493,7 +526,7 @@ def history_in(tables: Tables) -> History:
     current = next(row for row in tables.models() if row.is_current)
     runs = tables.runs()
     order = {row.id: index for index, row in enumerate(runs)}
-    model = read_model(current.text, current.name)
+    model = current.model()
     if not tables.says_obligations_of(Obligations.of(model)):
         raise ValueError("other obligations than those of the model")
     left_out = tables.outdated()
@@ -532,7 +565,7 @@ class StoreTotals:
 def totals_in(tables: Tables) -> StoreTotals:
     """Return the figures of open tables. Raise `ValueError` and others for rows that scbm does not write."""
     current = next(row for row in tables.models() if row.is_current)
-    model = read_model(current.text, current.name)
+    model = current.model()
     obligations = Obligations.of(model)
     if not tables.says_obligations_of(obligations):
         raise ValueError("other obligations than those of the model")

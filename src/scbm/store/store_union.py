@@ -9,7 +9,6 @@ from functools import cached_property
 from os.path import realpath
 from typing import TYPE_CHECKING
 
-from scbm.files import read_model
 from scbm.model import Slug
 from scbm.store.model_edits import Dropped, ModelEdit, difference
 from scbm.store.mutant_tables import MutantTables
@@ -72,7 +71,7 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
                 opened[place] = stack.enter_context(open_for_reading(path, is_exclusive=is_exclusive))
         stores = [(path, Tables(opened[realpath(path)])) for path in paths]
         models = [_current(path, tables) for path, tables in stores]
-        model = read_model(models[-1].text, models[-1].name)
+        model = models[-1].model()
         if not across_edits:
             _refuse_other_models(paths, models, model)
         with closing(sqlite3.connect("", isolation_level=None)) as united:  # a file of SQLite's own, gone when closed
@@ -101,7 +100,7 @@ def _current(path: Path, tables: Tables) -> ModelRow:
 
 
 def _edit(before: ModelRow, after: BehaviorModel) -> ModelEdit:
-    return ModelEdit(read_model(before.text, before.name), after)
+    return ModelEdit(before.model(), after)
 
 
 def _refuse_other_models(paths: Sequence[Path], models: Sequence[ModelRow], model: BehaviorModel) -> None:
@@ -129,7 +128,9 @@ def _add_mutations(union: MutantTables, path: Path, tables: MutantTables, model:
 
 def _added(union: Tables, tables: Tables, edit: ModelEdit | None) -> tuple[Dropped, ...]:
     models = {
-        row.id: union.put_model_text(row.digest, row.name, row.text, is_current=row.is_current and edit is None)
+        row.id: union.put_model_text(
+            row.digest, row.name, row.text, is_current=row.is_current and edit is None, lifted=row.lifted
+        )
         for row in tables.models()
     }
     runs = {}

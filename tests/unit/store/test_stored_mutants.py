@@ -181,6 +181,7 @@ def test_a_store_of_version_6_has_none(path: Path) -> None:
     with sqlite3.connect(path) as connection:
         for table in ("mutation", "mutant"):
             connection.execute(f"DROP TABLE {table}")
+        connection.execute("ALTER TABLE model DROP COLUMN lifted")
         connection.execute("PRAGMA user_version = 6")
     connection.close()
     assert read_history(path) == before

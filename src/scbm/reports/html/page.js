@@ -466,6 +466,10 @@
       row.hidden = !words.every((word) => text.includes(word)) || Boolean(hides && row.classList.contains("covered"));
       left += !row.hidden;
     }
+    for (const entry of page.querySelectorAll("details.entry")) {
+      entry.hidden = ![...entry.querySelectorAll("tbody tr")].some((row) => !row.hidden);
+      if (words.length) entry.open = !entry.hidden;
+    }
     const none = page.querySelector(".none");
     if (none) none.hidden = left > 0;
     say(`${counted(left, "row")} left`);

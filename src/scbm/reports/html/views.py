@@ -10,11 +10,20 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, growth, status_counts_in_words
+from scbm.cases.coverage import (
+    STATE_ASPECTS,
+    Aspect,
+    Decision,
+    InstanceFolds,
+    Obligation,
+    growth,
+    status_counts_in_words,
+)
 from scbm.reports.asserted_lines import asserted_words
 from scbm.reports.ci.marked_lines import mark_lines
 from scbm.reports.figure_table import STATUS_MARKS, short_of_goal_in_words
 from scbm.reports.html.diagrams import lifecycle_svg
+from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
@@ -23,9 +32,10 @@ from scbm.testing.mutants import Assertion
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.cases.coverage import Figure, GrowthStep, Statuses
+    from scbm.cases.coverage import Figure, GrowthStep, LiftedStatuses, Statuses
     from scbm.model import Operation, Transition
     from scbm.reports.ci.marked_lines import MarkedLine
+    from scbm.reports.html.entries import MissedGroup
     from scbm.reports.html.page import Visitors
     from scbm.reports.missed_reasons import Missed
     from scbm.store import History, StoredRun
@@ -90,6 +100,34 @@ class TransitionView:
     transition: Transition
     cell: MatrixCell
     line: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class OperationGroup:
+    """The instances of an operation with parameters; or the operations without between two of them, without a name."""
+
+    entry: str | None
+    cells: tuple[EntryCell, ...]
+    views: tuple[OperationView, ...]
+
+    @property
+    def is_covered(self) -> bool:
+        """Whether each obligation of each instance was visited."""
+        return all(view.is_covered for view in self.views)
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionGroup:
+    """The instances of an automatic transition with parameters; or those without between two of them."""
+
+    entry: str | None
+    cells: tuple[EntryCell, ...]
+    views: tuple[TransitionView, ...]
+
+    @property
+    def is_covered(self) -> bool:
+        """Whether each instance was taken."""
+        return all(view.cell.count for view in self.views)
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,6 +317,47 @@ class ReportView:
         return tuple(
             TransitionView(transition, self._cell(obligation), self.line_of(obligation))
             for transition, obligation in zip(self.model.automatic_transitions, obligations, strict=True)
+        )
+
+    @property
+    def lifted(self) -> LiftedStatuses | None:
+        """The statuses of lifted obligations; `None` for a model without parameters."""
+        return self.history.lifted
+
+    @cached_property
+    def folds(self) -> InstanceFolds:
+        """The entries with parameters, and their instances."""
+        return InstanceFolds.of(self.model)
+
+    def grouped(self, missed: Sequence[Missed]) -> tuple[MissedGroup, ...]:
+        """Return missed obligations, those of one entry together."""
+        return tuple(missed_groups(missed, self.folds))
+
+    @cached_property
+    def operation_groups(self) -> tuple[OperationGroup, ...]:
+        """All operations, the instances of one entry together."""
+        groups = rows_by_entry(self.operations, lambda view: view.cells[0].obligation, self.folds)
+        return tuple(
+            OperationGroup(
+                entry,
+                tuple(
+                    EntryCell.of(aspect, (self.status(view.cells[place].obligation) for view in views))
+                    for place, aspect in enumerate(_COLUMNS)
+                ),
+                views,
+            )
+            for entry, views in groups
+        )
+
+    @cached_property
+    def transition_groups(self) -> tuple[TransitionGroup, ...]:
+        """All automatic transitions, the instances of one entry together."""
+        groups = rows_by_entry(self.transitions, lambda view: view.cell.obligation, self.folds)
+        return tuple(
+            TransitionGroup(
+                entry, (EntryCell.of("taken", (self.status(view.cell.obligation) for view in views)),), views
+            )
+            for entry, views in groups
         )
 
     @cached_property
