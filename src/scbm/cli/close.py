@@ -25,7 +25,7 @@ from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.output.terminal import activity_display, errors, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificate
-from scbm.closing.closing_files import ClosingFiles, write_output
+from scbm.closing.closing_files import ClosingFiles, refuse_output, write_output
 from scbm.closing.closing_json import closing_json
 from scbm.closing.decisions import FailedCase, FoundFault, consequences_of_force, failed_cases, found_faults
 from scbm.closing.proved_statuses import with_waivers
@@ -127,6 +127,7 @@ def command(
     asked = _CloseRequest(
         model, tuple(suite or ()), cases, seed, limits, options, jobs, waivers, one_case_each, requirements
     )
+    refuse_output(model, out, edits_model=bool(write))
     result = asked.close()
     goals = _SuggestedGoals.chosen(result.closing, write or ())
     if goals.new:

@@ -36,8 +36,7 @@ def command(
 ) -> int:
     """Write a model for a domain and a problem of PDDL, with its types, predicates and actions."""
     writer = FileWriter([(domain, "the domain"), (problem, "the problem")])
-    writer.refuse_clashes({"--out": out})
-    writer.refuse_unwritable({"--out": out}, {})
+    writer.refuse_outputs({"--out": out})
     domain_text, problem_text = (PddlText(str(path), read_file(path)) for path in (domain, problem))
     options = PddlImportOptions(tuple(group or ()), tuple(resource or ()), tuple(number_range or ()))
     text = imported_model(read_pddl(domain_text, problem_text), domain_text, problem_text, options)

@@ -66,17 +66,18 @@ class ReportFiles:
         """The files of the formats that were given."""
         return {option: path for option, path in self.files.items() if path is not None}
 
-    def writer(self, store: Path, waivers: Path | None, history: History) -> FileWriter:
+    def writer(self, store: Path, waivers: Path | None, history: History, save: Path | None) -> FileWriter:
         """Return a writer for these files that refuses to replace the store, waivers, the model or a case file.
 
         Raises:
-            InputError: two formats are one file, or one of them is such an input.
+            InputError: two formats are one file, one of them is such an input, or it or `save` cannot be written.
         """
         cases = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
         files = ((Path(path), "a case file") for path in dict.fromkeys(cases))
         others = [] if waivers is None else [(waivers, "the waivers")]
         writer = FileWriter([(store, "the store"), *others, *files], Path(history.source.path))
-        writer.refuse_clashes({f"--{name}": path for name, path in self.given.items()})
+        files_by_option = {f"--{name}": path for name, path in self.files.items()}
+        writer.refuse_outputs(files_by_option, {"--save": [] if save is None else [save]})
         return writer
 
 
@@ -161,6 +162,7 @@ def command(
             [Diagnostic(Slug.BAD_OPTION, "only the smallest suite can be saved", Place("--save"), "add --minimize")]
         )
     history = read_history(store)
+    writer = wanted.writer(store, waivers, history, save)
     evidence = stored_evidence(history, certificates, waivers, wanted_figures)
     if evidence is not None:
         goals = [
@@ -169,7 +171,6 @@ def command(
             if isinstance(case.recipe, Written)
         ]
         history = replace(history, decided=evidence.statuses(history.coverage, history.forced, goals))
-    writer = wanted.writer(store, waivers, history)
     cover = _smallest(history) if minimize else None
     if json:
         write_json(history_json(history) | ({} if cover is None else {"smallest": smallest_json(history, cover)}))

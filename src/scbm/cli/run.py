@@ -90,7 +90,7 @@ def command(
 ) -> int:
     """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter(model=model)
-    writer.refuse_clashes({} if trace is None else {"--trace": trace})
+    writer.refuse_outputs({"--trace": trace})
     loaded = PlannerOptions(planner, max_length, max_expanded, plans=plans).applied(load_model(model))
     faults = read_faults(network, loaded)
     asked = _case(loaded, str(model), goal, state, Origin(seed, case or 1, read_inputs(inputs)), drawn=case is not None)

@@ -10,6 +10,7 @@ from scbm.cli.campaigns.suite_recording import record_suite, refuse_without_file
 from scbm.cli.campaigns.test_campaign import (
     CampaignOptions,
     CampaignOutput,
+    refuse_outputs,
     refuse_selection,
     run_over_nodes,
     select_cases,
@@ -187,6 +188,7 @@ def command(
     evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
     suite = replace(suite, evidence=evidence, waivers=waivers)
     output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry)
+    refuse_outputs(suite, output, logs)
     if transport is None:
         refuse_without_transport(
             {

@@ -125,7 +125,7 @@ def command(
     else:
         _refuse({"--model": model}, "`--case` draws from the model that comes first", None)
         writer = FileWriter(model=file)
-        writer.refuse_clashes(files)
+        writer.refuse_outputs(files)
         loaded = options.applied(load_model(file))
         cases = RandomCases(loaded, str(file), read_faults(network, loaded), moves_inputs=read_inputs(inputs))
         drawn = cases.case(seed or 0, case)

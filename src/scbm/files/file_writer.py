@@ -9,6 +9,7 @@ from contextlib import suppress
 from os.path import lexists, realpath
 from pathlib import Path
 from secrets import token_hex
+from types import MappingProxyType
 from typing import IO, TYPE_CHECKING
 
 from scbm.files.codec.model_files import files_used_by
@@ -16,7 +17,7 @@ from scbm.files.input_file import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 _NEW_FILE_MODE = 0o666
 """The permissions of a new file before the umask of the process is applied, as for `open`."""
@@ -43,43 +44,49 @@ class FileWriter:
         Args:
             outputs: the files to write, by the options that ask for them.
         """
+        if wrong := list(self._clashes(outputs)):
+            raise InputError(wrong)
+
+    def refuse_outputs(
+        self,
+        files: Mapping[str, Path | None],
+        directories: Mapping[str, Sequence[Path]] = MappingProxyType({}),
+        stores: Mapping[str, Path | None] = MappingProxyType({}),
+    ) -> None:
+        """Raise `InputError` with all outputs that clash or cannot be written: before the work whose results they are.
+
+        Nothing is created. What goes wrong later, such as a full disk, is an error while writing.
+
+        Args:
+            files: the files to write, by their options; `None` for none.
+            directories: the directories to write files into, by their options; missing ones are made later.
+            stores: stores to add to, by their options. Opening one says why it cannot be used.
+        """
+        given = {option: path for option, path in files.items() if path is not None}
+        opened = {option: path for option, path in stores.items() if path is not None}
+        wrong = list(self._clashes(given | opened))
+        for option, path in given.items():
+            wrong += _unwritable(option, path, _file_problems)
+        for option, paths in directories.items():
+            wrong += dict.fromkeys(each for path in paths for each in _unwritable(option, path, _directory_problems))
+        if wrong:
+            raise InputError(wrong)
+
+    def _clashes(self, outputs: Mapping[str, Path]) -> Iterator[Diagnostic]:
         owners: dict[object, str] = {}
         for path, words in (*self._inputs, *self._used_files(outputs.values())):
             owners.setdefault(_identity(path), words)
-        wrong = []
         for option, path in outputs.items():
             owner = owners.setdefault(_identity(path), option)
             if owner != option and not path.is_char_device():
                 message = f"{path} is also {'that of ' if owner.startswith('--') else ''}{owner}"
-                wrong.append(Diagnostic(Slug.BAD_OPTION, message, Place(option), "write it to another file"))
-        if wrong:
-            raise InputError(wrong)
+                yield _bad_output(option, message, "write it to another file")
 
     def _used_files(self, outputs: Iterable[Path]) -> list[tuple[Path, str]]:
         """Return the files that the model uses; none if all outputs are new, so that most commands do not read it."""
         if self._model is None or not any(map(lexists, outputs)):
             return []
         return [(path, f"a file that {self._model} uses") for path in files_used_by(self._model)]
-
-    @staticmethod
-    def refuse_unwritable(files: Mapping[str, Path], directories: Mapping[str, Path]) -> None:
-        """Raise `InputError` for outputs that cannot be written, before the work that they are the result of.
-
-        Args:
-            files: the files to write, by their options.
-            directories: the directories to write files into, by their options; those that are missing are made.
-        """
-        wrong = []
-        for option, path in files.items():
-            if path.is_dir():
-                wrong.append(_bad_output(option, f"{path} is a directory", "name a file in it"))
-            elif not path.parent.is_dir():
-                wrong.append(_bad_output(option, f"there is no directory {path.parent}", "name another, or make it"))
-        for option, path in directories.items():
-            if lexists(path) and not path.is_dir():
-                wrong.append(_bad_output(option, f"{path} is a file", "name a directory"))
-        if wrong:
-            raise InputError(wrong)
 
     def reads(self, path: Path) -> bool:
         """Return whether the command reads this file."""
@@ -129,6 +136,39 @@ class FileWriter:
 
 def _bad_output(option: str, message: str, remedy: str) -> Diagnostic:
     return Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy)
+
+
+def _unwritable(option: str, path: Path, problems: Callable[[Path], Iterator[tuple[str, str]]]) -> Iterator[Diagnostic]:
+    """Yield why an output cannot be written, as far as that is known beforehand."""
+    try:
+        for message, remedy in problems(path):
+            yield _bad_output(option, message, remedy)
+    except OSError as error:  # such as a name that is too long
+        yield _bad_output(option, f"cannot write {path}: {_reason(error)}", "name another")
+
+
+def _file_problems(path: Path) -> Iterator[tuple[str, str]]:
+    """Yield why `replace_file` cannot write a file, each with a remedy."""
+    parent = Path(realpath(path)).parent  # of the file that a symbolic link leads to
+    if path.is_dir():
+        yield f"{path} is a directory", "name a file in it"
+    elif path.exists() and not os.access(path, os.W_OK):
+        yield f"cannot write {path}: permission denied", "name another file"
+    elif path.exists() and not path.is_file():
+        return  # a pipe or a terminal
+    elif not parent.is_dir():
+        yield f"there is no directory {path.parent}", "name another, or make it"
+    elif not os.access(parent, os.W_OK):
+        yield f"cannot write into {path.parent}: permission denied", "name another directory"
+
+
+def _directory_problems(path: Path) -> Iterator[tuple[str, str]]:
+    """Yield why files cannot be written into a directory, or why it cannot be made, each with a remedy."""
+    known = next((each for each in (path, *path.parents) if lexists(each)), path)
+    if not known.is_dir():
+        yield f"{known} is no directory", "name a directory"
+    elif not os.access(known, os.W_OK):
+        yield f"cannot write into {known}: permission denied", "name another directory"
 
 
 def replace_file(path: Path, content: bytes) -> None:

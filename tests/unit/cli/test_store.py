@@ -312,7 +312,7 @@ def test_files_that_cannot_be_written_are_reported_all_at_once(scbm: Scbm, fille
     )
     assert ran.code == 2
     assert [line.split(": error")[0] for line in ran.err.splitlines() if "error[" in line] == ["--junit", "--lcov"]
-    assert (tmp_path / "b.svg").exists()
+    assert (ran.out, (tmp_path / "b.svg").exists()) == ("", False), "refused before the report is made"
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """No command destroys what it reads, and a full disk is no fault of scbm."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from shutil import copyfile
@@ -93,6 +94,65 @@ def test_no_option_that_writes_destroys_a_file_that_the_model_uses(
     ran = scbm(*(argument.format(**paths) for argument in arguments))
     assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{arguments[-2]}: error[bad-option]"])
     assert {name: path.read_text(encoding="utf-8") for name, path in paths.items()} == texts
+
+
+def _fails(*_: object, **__: object) -> None:
+    pytest.fail("the work began before its outputs were checked")
+
+
+_UNWRITABLE: list[tuple[tuple[str, ...], list[str]]] = [
+    (("close", "{model}", "--out", "{model}", "--write", "all"), ["--out"]),
+    (("close", "{model}", "--out", "{taken}"), ["--out"]),
+    (("test", "{model}", "--cases", "1", "--save", "{model}", "--store", "{case}"), ["--save"]),
+    (("test", "{model}", "--cases", "1", "--save", "{model}/cases", "--store", "{hard}"), ["--store", "--save"]),
+    (("test", "{model}", "{case}", "--transport", "loopback", "--logs", "{case}"), ["--logs"]),
+    (("mutate", "{model}", "{case}", "--html", "{sub}", "--witnesses", "{case}/x"), ["--html", "--witnesses"]),
+    (("run", "{model}", "--goal", "item_a_delivered", "--trace", "{missing}/t"), ["--trace"]),
+    (("replay", "{case}", "--trace", "{sub}"), ["--trace"]),
+    (("trace", "{case}", "--perfetto", "{sub}", "--mcap", "{missing}/t"), ["--perfetto", "--mcap"]),
+]
+
+
+@pytest.mark.parametrize(("arguments", "options"), _UNWRITABLE, ids=lambda each: " ".join(each[::2]))
+def test_all_outputs_that_cannot_be_written_are_refused_before_the_work(
+    arguments: tuple[str, ...],
+    options: list[str],
+    inputs: dict[str, Path],
+    scbm: Scbm,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("scbm.testing.Tester.execute", _fails)
+    monkeypatch.setattr("scbm.cli.close.Closer.close", _fails)
+    folder = inputs["model"].parent
+    (folder / "taken").mkdir()
+    (folder / "taken" / "certificates").touch()
+    paths = inputs | {"sub": folder / "sub", "missing": folder / "missing", "taken": folder / "taken"}
+    ran = scbm(*(argument.format(**paths) for argument in arguments))
+    assert (ran.code, ran.out) == (2, "")
+    assert diagnostic_heads(ran.err) == [f"{option}: error[bad-option]" for option in options]
+    assert not (folder / "missing").exists()
+
+
+def test_all_outputs_of_a_report_that_cannot_be_written_are_refused_before_it(
+    inputs: dict[str, Path], tmp_path: Path, scbm: Scbm, wording: Wording
+) -> None:
+    store, sub = tmp_path / "s.db", tmp_path / "sub"
+    assert scbm("test", inputs["model"], "--cases", 1, "--store", store, "--failures", tmp_path / "f").code == 0
+    outputs = ("--html", sub, "--lcov", tmp_path / "missing/x", "--minimize", "--save", inputs["model"])
+    ran = scbm("report", store, *outputs)
+    assert (ran.code, ran.out) == (2, "")
+    wording(ran.err)
+
+
+@pytest.mark.parametrize("option", ["--out", "--write"])
+def test_what_closing_may_not_write_is_refused_before_it(
+    option: str, inputs: dict[str, Path], tmp_path: Path, scbm: Scbm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scbm.cli.close.Closer.close", _fails)
+    monkeypatch.setattr("scbm.files.file_writer.os.access", lambda _, mode: mode != os.W_OK)
+    ran = scbm("close", inputs["model"], option, tmp_path / "new" / "out" if option == "--out" else "all")
+    assert (ran.code, ran.out, diagnostic_heads(ran.err)) == (2, "", [f"{option}: error[bad-option]"])
+    assert "permission denied" in ran.err
 
 
 def test_a_report_is_not_written_over_the_store(inputs: dict[str, Path], tmp_path: Path, scbm: Scbm) -> None:

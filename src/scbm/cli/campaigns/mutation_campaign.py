@@ -144,8 +144,8 @@ def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOu
     Raises:
         InputError: there is no case that passes on the model, so none can kill a mutant; or a file cannot be written.
     """
-    suite.writer.refuse_clashes(output.files | ({} if options.store is None else {"--store": options.store}))
-    suite.writer.refuse_unwritable(output.files, {} if output.witnesses is None else {"--witnesses": output.witnesses})
+    witnesses = [] if output.witnesses is None else [output.witnesses]
+    suite.writer.refuse_outputs(output.files, {"--witnesses": witnesses}, {"--store": options.store})
     loop = MutationLoop(suite, options, _work(suite, options))
     summary = _summary(suite, loop)
     if output.json:

@@ -12,7 +12,6 @@ import sys
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 
 from scbm.cli.campaigns.node_setup import bus_error, warn
@@ -51,18 +50,6 @@ class SavedLogs:
     _asked: NodeOptions
     files: dict[str, Path] = field(default_factory=dict)
     is_whole: bool = True
-
-    def refuse_unwritable(self) -> None:
-        """Raise `InputError` if `--logs` is given and its directory cannot be written."""
-        directory = self._asked.logs
-        if directory is None:
-            return
-        try:
-            directory.mkdir(parents=True, exist_ok=True)
-            with TemporaryFile(dir=directory):
-                pass
-        except OSError as error:
-            raise InputError([_unwritable(error, directory, "--logs")]) from None
 
     def keep(self, execution: Execution) -> None:
         """Save the log of a case if an option asks for it; show the first error, and go on with the cases."""
@@ -211,10 +198,9 @@ class Waiting:
 def over_nodes(asked: NodeOptions, tester: Tester) -> Iterator[OverNodes]:
     """Open a session that runs cases over nodes.
 
-    Raises `InputError` if the cell is incomplete, or logs cannot be saved.
+    Raises `InputError` if the cell is incomplete.
     """
     logs = SavedLogs(asked)
-    logs.refuse_unwritable()
     session = Session(_cell(asked), asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
     session.warn = warn
     session.waiting = Waiting(asked, warn)

@@ -50,14 +50,14 @@ class AskedRun:
     planner: PlannerOptions = NO_PLANNER_OPTIONS
 
     def load(self, model_file: Path, noun: str) -> tuple[BehaviorModel, FileWriter]:
-        """Return the model, and a writer for the outputs. Raise `InputError`, also if an output would replace an input.
+        """Return the model, and a writer for the outputs. Raise `InputError`, also if an output cannot be written.
 
         Args:
             model_file: the model file.
             noun: the kind of `file` in words.
         """
         writer = FileWriter([(self.file, noun)], model_file)
-        writer.refuse_clashes(self.outputs)
+        writer.refuse_outputs(self.outputs)
         return load_model(model_file), writer
 
 

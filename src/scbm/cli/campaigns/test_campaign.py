@@ -128,7 +128,6 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
         output: the options for output and storage.
         executor: where the cases run.
     """
-    _refuse_store_that_is_read(suite, output)
     rule = StopRule(output.stop, output.dry)
     steps = run_steps(suite.work, executor, rule, keeps_all=output.store is not None)
     done = carry_out(suite, output.store, lambda _: finished_batches(suite, steps), None, stop=output.stop)
@@ -157,7 +156,6 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     from scbm.cli.campaigns.node_setup import refuse_beyond_reach  # noqa: PLC0415 - the same
     from scbm.cli.campaigns.over_nodes import over_nodes  # noqa: PLC0415 - sockets and processes, which few runs need
 
-    _refuse_store_that_is_read(suite, output)
     refuse_beyond_reach(suite, asked.real, "--real")
     tester = Tester(suite.model)
     with over_nodes(asked, tester) as nodes:
@@ -302,9 +300,11 @@ def refuse_without_random_cases(count: int, options: Mapping[str, object]) -> No
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
 
 
-def _refuse_store_that_is_read(suite: Suite, output: CampaignOutput) -> None:
-    """Raise `InputError` if the store of the command line is a file that the command reads."""
-    suite.writer.refuse_clashes({} if output.store is None else {"--store": output.store})
+def refuse_outputs(suite: Suite, output: CampaignOutput, logs: Path | None) -> None:
+    """Raise `InputError` for outputs of the command line that replace what it reads, or cannot be written."""
+    directories = {"--save": output.save, "--logs": logs}
+    given = {option: [path] for option, path in directories.items() if path is not None}
+    suite.writer.refuse_outputs({}, given, {"--store": output.store})
 
 
 def _save_random(suite: Suite, tester: Tester, directory: Path) -> bool:

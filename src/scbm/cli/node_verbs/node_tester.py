@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, run_over_nodes
+from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, refuse_outputs, run_over_nodes
 from scbm.cli.options.campaign_options import (
     Cases,
     FailUnder,
@@ -101,6 +101,7 @@ def command(
         shrink=False,
         stop=False,
     )
+    refuse_outputs(suite, output, logs)
     asked = NodeOptions(
         suite.model,
         model,
