@@ -119,14 +119,16 @@ def exclusive_parameters(problem: Problem) -> dict[str, int]:
 
     For any binding of the other parameters, at most one value of this parameter makes the fluent true, in all states
     that sequences of actions reach. If several parameters have this property, the last one is returned. Fluents without
-    such a parameter are left out, and so are fluents that no action changes.
+    such a parameter are left out. So are fluents that no action makes true, and parameters with a single object: they
+    have the property, but a variable for their values says nothing.
     """
     proof = _InvariantProof(problem)
     found: dict[str, int] = {}
     for fluent in problem.fluents:
         if proof.can_count(fluent.name):
-            counted = (index for index in reversed(range(fluent.arity)) if proof.is_exclusive(fluent.name, index))
-            index = next(counted, None)
+            counted = (index for index, parameter in enumerate(fluent.signature) if proof.has_choice(parameter.type))
+            exclusive = (index for index in reversed(list(counted)) if proof.is_exclusive(fluent.name, index))
+            index = next(exclusive, None)
             if index is not None:
                 found[fluent.name] = index
     return found
@@ -144,9 +146,13 @@ class _InvariantProof:
         self._facts = self._initial_facts()
 
     def can_count(self, fluent: str) -> bool:
-        """Return whether the fluent is boolean, false by default, and changed by an action."""
-        changed = (change.fluent == fluent for action in self._actions for change in action.changes)
-        return self._readable and fluent in self._facts and any(changed)
+        """Return whether the fluent is boolean, false by default, and made true by an action."""
+        added = (change.fluent == fluent for action in self._actions for change in action.changes if change.adds)
+        return self._readable and fluent in self._facts and any(added)
+
+    def has_choice(self, kind: Type) -> bool:
+        """Return whether a type of parameters has two objects or more."""
+        return kind.is_user_type() and len(self._objects_of(kind)) > 1
 
     def is_exclusive(self, fluent: str, counted: int) -> bool:
         """Search for an invariant in which the parameter `counted` of `fluent` is counted."""

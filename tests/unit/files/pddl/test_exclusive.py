@@ -13,6 +13,7 @@ import pytest
 
 from scbm.files.pddl.exclusive import exclusive_parameters
 from support.profiles import share
+from support.published_pddl import PUBLISHED
 
 # the reader of `unified-planning` 1.3 calls old names of a library of its own
 pytestmark = pytest.mark.filterwarnings("ignore:.* deprecated - use:DeprecationWarning")
@@ -68,7 +69,17 @@ def test_the_last_parameter_that_is_exclusive_counts() -> None:
       (:action drive :parameters (?t - truck ?a ?b - place) :precondition (at ?t ?a)
        :effect (and (not (at ?t ?a)) (at ?t ?b)))"""
     start = "(at t a) (at x a) (at y b)"
-    assert exclusive_parameters(problem(domain, "t - truck x y - parcel a b - place", start)) == {"at": 1, "in": 1}
+    assert exclusive_parameters(problem(domain, "t s - truck x y - parcel a b - place", start)) == {"at": 1, "in": 1}
+
+
+def test_a_single_object_and_a_fluent_that_nothing_makes_true_are_left_out() -> None:
+    assert (
+        exclusive_parameters(
+            problem(MOVE.format(needs="(at ?r ?from)", effects=MOVED), "r1 - robot a - zone", "(at r1 a)")
+        )
+        == {}
+    )
+    assert move(effects="(not (at ?r ?from))") == {}
 
 
 def test_a_move_that_requires_and_deletes_the_old_place_is_exclusive() -> None:
@@ -153,6 +164,23 @@ def test_a_durative_action_may_leave_at_its_start_and_arrive_at_its_end() -> Non
         ("end", "end"): {"at": 1},
         ("end", "start"): {},  # in both zones on the way
     }
+
+
+GROUPS = {
+    "blocks-4-0": {"on": 1, "holding": 0},
+    "gripper-1": {"at-robby": 0, "at": 1, "carry": 1},
+    "logistics-4-0": {"at": 1, "in": 1},
+    "rovers-4": {"at": 1, "have_soil": 0, "have_rock": 0},
+    "plansys2-simple": {"robot_at": 1},
+    "plansys2-factory": {"robot_at": 1, "piece_at": 1},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", GROUPS)
+def test_published_problems_have_these_groups(name: str) -> None:
+    domain, text, _ = PUBLISHED[name]
+    assert exclusive_parameters(_reader().parse_problem_string(domain, text)) == GROUPS[name]
 
 
 # all reachable states of random problems
