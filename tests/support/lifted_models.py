@@ -6,6 +6,7 @@ each instance is a text of its own, facts are the words `true` and `false`, and 
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
 from itertools import combinations, product
 from typing import TYPE_CHECKING, TypeAlias
@@ -76,6 +77,14 @@ def _terms(scope: Choice, kind: str) -> list[str]:
     return [*(name for name, other in scope.items() if other in kinds), *TYPES[kind]]
 
 
+def _may_be_equal(left: str, right: str, scope: Choice) -> bool:
+    """Return whether two terms may be compared: a parameter and what it can never be are an error of their own."""
+    if left not in scope and right not in scope:
+        return True
+    objects = [TYPES[scope[term]] if term in scope else (term,) for term in (left, right)]
+    return any(each in objects[1] for each in objects[0])
+
+
 @st.composite
 def expressions(draw: DrawFn, scope: Choice, *, static: bool, depth: int = 3) -> Expression:
     """A predicate over some parameters; a static one reads no variable."""
@@ -113,7 +122,7 @@ def _static_atoms(draw: DrawFn, scope: Choice, kind: str) -> Expression:
     first = draw(st.sampled_from(_terms(scope, "zone")))
     if kind == "of_type":
         return Expression(f"{first} in cold", lambda choice: _truth(_object(first, choice) in TYPES["cold"]))
-    second = draw(st.sampled_from(_terms(scope, "zone")))
+    second = draw(st.sampled_from([term for term in _terms(scope, "zone") if _may_be_equal(first, term, scope)]))
     sign = draw(st.sampled_from(["==", "!="]))
     return Expression(
         f"{first} {sign} {second}",
@@ -150,26 +159,34 @@ def _quantified(draw: DrawFn, scope: Choice, kind: str, *, static: bool, depth: 
     if kind == "quantified":
         word, symbol, none = draw(st.sampled_from([("forall", " && ", "true"), ("exists", " || ", "false")]))
         return Expression(f"({word} {head})", lambda choice: f"({symbol.join(instances(choice)) or none})")
-    relation = draw(st.sampled_from(["==", "!=", "<", "<=", ">", ">="]))
-    number = draw(st.integers(0, 4))
+    relation, number = draw(st.sampled_from(_bounds_of_count(len(TYPES[over]))))
     return Expression(
         f"(count {head} {relation} {number})", lambda choice: _counted(instances(choice), relation, number)
     )
 
 
+_RELATIONS: dict[str, Callable[[int, int], bool]] = {
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+
+def _bounds_of_count(most: int) -> list[tuple[str, int]]:
+    """Return how a count from 0 to `most` may be compared: what can never hold is an error of its own."""
+    pairs = [(relation, number) for relation in _RELATIONS for number in range(5)]
+    return [pair for pair in pairs if not most or any(_RELATIONS[pair[0]](n, pair[1]) for n in range(most + 1))]
+
+
 def _counted(instances: list[str], relation: str, number: int) -> str:
     """Return a disjunction over all sets of instances of which exactly these hold."""
-    fits = {
-        "==": number.__eq__,
-        "!=": number.__ne__,
-        "<": number.__gt__,
-        "<=": number.__ge__,
-        ">": number.__lt__,
-        ">=": number.__le__,
-    }
+    fits = _RELATIONS[relation]
     ways = []
     for size in range(len(instances) + 1):
-        for chosen in combinations(range(len(instances)), size) if fits[relation](size) else ():
+        for chosen in combinations(range(len(instances)), size) if fits(size, number) else ():
             parts = [each if at in chosen else f"!{each}" for at, each in enumerate(instances)]
             ways.append(f"({' && '.join(parts) or 'true'})")
     return f"({' || '.join(ways) or 'false'})"

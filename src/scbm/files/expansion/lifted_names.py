@@ -170,6 +170,13 @@ class LiftedScope:
             message = f"{self._described(term)}, and a `{kind}` is needed here"
             note(Slug.DISJOINT_DOMAINS, message, token.begin, token.end)
 
+    def refuse_unrelated_type(self, term: ObjectTerm, kind: str, token: LiftedToken, note: NoteFault) -> None:
+        """Note a term that is asked whether it is of a type, and never is; an object may be of a supertype of it."""
+        types = self.names.facts.types
+        objects = set(types[kind])
+        if term.is_parameter or not any(term.name in of and objects < set(of) for of in types.values()):
+            self.refuse_other_type(term, kind, token, note)
+
     def _objects(self, term: ObjectTerm) -> tuple[str, ...]:
         return self.parameters[term.name] if term.is_parameter else (term.name,)
 

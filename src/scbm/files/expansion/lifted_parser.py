@@ -396,7 +396,7 @@ class LiftedParser:
         if at == len(tokens) - 2 and last.text in facts.types:
             objects = facts.objects(last.text)
             if term is not None:
-                self._scope.refuse_other_type(term, last.text, tokens[0], self._note)
+                self._scope.refuse_unrelated_type(term, last.text, tokens[0], self._note)
                 return TableFormula([term], frozenset((each,) for each in objects))
             members = (f"{{{', '.join(objects)}}}", last.begin, last.end)
             gap = (self._text[tokens[at - 1].end : last.begin], tokens[at - 1].end, last.begin)
