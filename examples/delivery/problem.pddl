@@ -1,0 +1,6 @@
+(define (problem delivery-1)
+  (:domain delivery)
+  (:objects r1 r2 - robot  dock aisle shelf - zone  c1 c2 - crate)
+  (:init (connected dock aisle) (connected aisle dock) (connected aisle shelf) (connected shelf aisle)
+    (robot_at r1 dock) (robot_at r2 shelf) (crate_at c1 dock) (crate_at c2 dock))
+  (:goal (and (crate_at c1 shelf) (crate_at c2 shelf))))
