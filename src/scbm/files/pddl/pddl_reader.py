@@ -75,13 +75,14 @@ def _parsed(domain: PddlText, problem: PddlText) -> Any:  # noqa: ANN401 - a lib
         remedy = "run `pip install 'scbm[pddl]'`"
         raise InputError([Diagnostic(Slug.PDDL_MISSING, message, Place("scbm import pddl"), remedy)]) from None
     try:
-        reader().parse_problem_string(domain.text)
-    except Exception as error:  # noqa: BLE001 - the library raises errors of many kinds for wrong files
-        raise InputError([_syntax_error(domain, error)]) from None
-    try:
         return reader().parse_problem_string(domain.text, problem.text)
+    except Exception as error:  # noqa: BLE001 - the library raises errors of many kinds for wrong files
+        fault = error
+    try:  # only for wrong files: the library reads about 100 actions in a second
+        reader().parse_problem_string(domain.text)
     except Exception as error:  # noqa: BLE001 - the same
-        raise InputError([_syntax_error(problem, error)]) from None
+        raise InputError([_syntax_error(domain, error)]) from None
+    raise InputError([_syntax_error(problem, fault)]) from None
 
 
 def _syntax_error(text: PddlText, error: Exception) -> Error:
