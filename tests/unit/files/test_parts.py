@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from scbm.files import Scope, digest_of, load_model, parse_predicate
+from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.lifted.part_keys import PartKeys, PartParameterKeys, PartUseKeys
 from scbm.files.expansion.part_files import PARAMETER_KEYS, PART_KEYS
 from scbm.files.expansion.parts import USE_KEYS
@@ -427,3 +428,114 @@ def test_the_path_of_a_part_is_shown_without_detours(tmp_path: Path) -> None:
 def test_a_part_is_checked_with_a_model_that_uses_it(tmp_path: Path) -> None:
     (found,) = found_in(written(tmp_path, cell=GUARDED))
     assert found.remedy == "check a model that uses it"
+
+
+REPORTING = """\
+part: reporting
+parameters: {seen: {}}
+resources:
+  camera: {measures: {seen: any}, simulation: {measured: {seen: any}}}
+operations:
+  look: {request: camera}
+"""
+
+
+def reporting(tmp_path: Path, argument: str) -> Path:
+    cell = f"behavior_model: cell\nparts:\n  left: {{use: reporting.yaml, with: {{seen: {argument}}}}}\nvariables:\n"
+    return written(tmp_path, cell=f"{cell}  item: {{domain: [box, tube], initial: box}}\n", reporting=REPORTING)
+
+
+def test_a_parameter_can_be_the_key_of_a_mapping_of_variables(tmp_path: Path) -> None:
+    (camera,) = load_model(reporting(tmp_path, "item")).resources
+    assert camera.measures == ("item",)
+    assert [name for name, _ in camera.simulation.measured] == ["item"]
+
+
+@pytest.mark.parametrize(
+    ("argument", "message"),
+    [
+        ("[item]", "`seen` stands for a name here, and this is a list"),
+        ("item == box", "`seen` stands for the name of a variable here, and this is no name"),
+        ("5", "`seen` stands for the name of a variable here, and this is no name"),
+        ("null", "`seen` stands for a name here, and this is empty"),
+    ],
+)
+def test_an_argument_that_is_no_key_is_one_error_there(argument: str, message: str, tmp_path: Path) -> None:
+    (found,) = found_in(reporting(tmp_path, argument))
+    assert (found.message, Path(found.place.file).name, found.place.line) == (message, "cell.yaml", 3)
+
+
+@pytest.mark.parametrize(
+    "section", ["variables: {stop: {domain: bool, initial: false}}", "goals: {stop: stop == healthy}"]
+)
+def test_a_parameter_is_no_name_of_an_entry(section: str, tmp_path: Path) -> None:
+    guarded = f"part: guarded\nparameters: {{stop: {{}}}}\n{section}\n"
+    cell = MODEL.replace("  right:", "  more: {use: guarded.yaml, with: {stop: estop}}\n  right:")
+    (found,) = found_in(written(tmp_path, cell=cell, door=DOOR, guarded=guarded))
+    assert (found.slug, Path(found.place.file).name, found.place.line) == ("duplicate-name", "guarded.yaml", 2)
+
+
+BOUND = """\
+part: bound
+parameters: {code: {}}
+variables:
+  scan: {domain: [none, all], initial: none}
+  seen: {domain: bool, initial: false}
+  near: {domain: bool, initial: false}
+resources:
+  arm:
+    request: [scan]
+    measures: [seen]
+    publishes: [near]
+    ros:
+      services:
+        scan:
+          none: {name: /scan/none, type: TYPE, request: {scan: scan}, succeeded: {seen: true}, measured: {seen: seen}}
+          all: {name: /scan/all, type: TYPE, request: {scan: code}, succeeded: {seen: true}, measured: {seen: seen}}
+      measured: {near: {topic: /near/scan, type: std_msgs/msg/Bool}}
+  lamp:
+    ros: {topics: {request: /lamp/request, reply: /lamp/scan}}
+operations:
+  look: {request: arm, with: {scan: all}}
+""".replace("TYPE", "{name: p/srv/S, request: {scan: string}, response: {seen: bool}}")
+
+
+def test_a_binding_in_a_part_keeps_its_names_and_reads_variables_of_the_copy(tmp_path: Path) -> None:
+    cell = "behavior_model: cell\nparts:\n  left: {use: bound.yaml, with: {code: some}}\n"
+    arm, lamp = load_model(written(tmp_path, cell=cell, bound=BOUND)).resources
+    written_arm = RosKeys.write(arm.binding)
+    calls = written_arm["services"]["left.scan"]
+    assert [(call["name"], call["request"], call["measured"]) for call in calls.values()] == [
+        ("/scan/none", {"scan": "left.scan"}, {"left.seen": "seen"}),
+        ("/scan/all", {"scan": "some"}, {"left.seen": "seen"}),
+    ]
+    assert written_arm["measured"]["left.near"]["topic"] == "/near/scan"
+    assert RosKeys.write(lamp.binding) == {"topics": {"request": "/lamp/request", "reply": "/lamp/scan"}}
+
+
+@pytest.mark.parametrize(
+    ("section", "name"),
+    [
+        ("variables: {in: {domain: bool, initial: false}}", "in"),
+        ("operations: {plan: {pre: {g: true}, post: {g: true}}}", "plan"),
+        ("goals: {'never[z in zone]': true}\ntypes: {zone: [a]}", "never"),
+    ],
+)
+def test_a_reserved_word_is_no_name_of_an_entry_of_a_part(section: str, name: str, tmp_path: Path) -> None:
+    cell = "behavior_model: cell\nparts: {left: {use: part.yaml}}\n"
+    path = written(tmp_path, cell=f"{cell}{OPERATION.replace('a == true', 'true')}", part=f"part: part\n{section}\n")
+    found = [each for each in found_in(path) if each.slug == "reserved-name"]
+    assert [(Path(each.place.file).name, each.place.line) for each in found] == [("part.yaml", 2)]
+    assert f"`{name}`" in found[0].message
+
+
+def test_an_empty_list_in_a_part_stays_a_list(tmp_path: Path) -> None:
+    part = "part: part\nvariables: {}\noperations:\n  o: {pre: {g: true, a: []}, post: {g: true}}\n"
+    path = written(tmp_path, cell="behavior_model: cell\nparts: {left: {use: part.yaml}}\n", part=part)
+    assert [operation.name for operation in load_model(path).operations] == ["left.o"]
+
+
+def test_an_empty_section_of_an_included_file_is_there(tmp_path: Path) -> None:
+    part = "part: part\nvariables: {}\noperations: {}\n"
+    model = load_model(written(tmp_path, cell="behavior_model: cell\ninclude: part.yaml\n", part=part))
+    assert (model.variables, model.operations) == ((), ())

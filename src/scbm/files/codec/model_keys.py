@@ -25,7 +25,7 @@ from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.codec.variable_keys import VariableKeys
 from scbm.files.codec.waiver_keys import TEXT, WAIVER_LIST, WaiverKeys, waivers_of
-from scbm.files.language.grammar import keywords
+from scbm.files.language.grammar import reserved_names
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
@@ -40,7 +40,7 @@ from scbm.model.behavior import (
 )
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import BUILT_IN_NAMES, Requirement
-from scbm.model.variables import NO_OPERATION, Variable, VariableSource, resource_variables, runner_variables
+from scbm.model.variables import Variable, VariableSource, resource_variables, runner_variables
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,7 +51,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _WORLD = predicate_type(Where.WORLD)
-_RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
 _DECLARING: dict[str, type[Keys]] = {"variables": VariableKeys, "resources": ResourceKeys, "operations": OperationKeys}
 """The sections whose keys are names that expressions use."""
 
@@ -303,7 +302,7 @@ class ModelKeys(Keys):
         self._refuse_ambiguous_symbols()
         resources = [entry.value.resource(entry.name) for entry in self._named(self.resources)]
         self._refuse_odd_requests()
-        operations = [entry.value.operation(entry.name) for entry in self._named(self.operations, _RESERVED_OPERATIONS)]
+        operations = [entry.value.operation(entry.name) for entry in self._named(self.operations, "operations")]
         automatic = self._named(self.automatic_transitions)
         requirements = [(entry.name, entry.value) for entry in self._named(self.requirements)]
         model = BehaviorModel(
@@ -400,12 +399,12 @@ class ModelKeys(Keys):
 
     # names
 
-    def _named(self, entries: tuple[Entry[T], ...], reserved: tuple[str, ...] = ()) -> tuple[Entry[T], ...]:
+    def _named(self, entries: tuple[Entry[T], ...], section: str = "") -> tuple[Entry[T], ...]:
         """Return the entries of a section; note keys that are no names, and reserved words."""
         for entry in entries:
             if not NAME.fullmatch(entry.name):
                 self.reader.refuse_name(entry.name, entry.place)
-            elif entry.name in keywords() or entry.name in reserved:
+            elif entry.name in reserved_names(section):
                 message = f"`{entry.name}` is a reserved word"
                 self.reader.add(Slug.RESERVED_NAME, message, entry.place, "choose another name")
         return entries

@@ -13,11 +13,13 @@ from scbm.files.expansion.lifted_entries import (
     TooManyChoices,
     choices_of,
     lifted_key,
+    part_of_key,
     without_errors,
 )
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
 from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
+from scbm.files.language.grammar import reserved_names
 from scbm.files.spelling import nearest
 from scbm.model import Slug
 from scbm.model.variables import (
@@ -131,6 +133,11 @@ class _ObjectStage:
                 self._incomplete.append(section)
                 return None
             if section in _INDEXED and not self._is_declared(section, key):
+                return None
+            if key.base in reserved_names(section):
+                place = part_of_key(entry.place, entry.key, 0, len(key.base))
+                self._report.add(Slug.RESERVED_NAME, f"`{key.base}` is a reserved word", place, "choose another name")
+                self._incomplete.append(section)
                 return None
             self._report.fold_lines(entry.place, last_line(entry.node))
         scope = LiftedScope(self._names).with_parameters(key.parameters if key is not None else {})

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, scalar_node, with_entries
 from scbm.files.expansion.rewritten_scalar import Piece, RewrittenScalar
+from scbm.files.language.grammar import reserved_names
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
 
@@ -32,13 +33,25 @@ _TEXT_SECTIONS = ("goals", "requirements")
 """Sections whose entries are texts with names."""
 
 _TEXT_KEYS = (
-    *("request", "measures", "publishes", "measured", "with", "guard", "effects", "on_timeout"),
+    *("where", "request", "measures", "publishes", "measured", "with", "guard", "effects", "on_timeout"),
     *("g", "gr", "a", "ar", "timedout", "actions", "goal"),
 )
 """Keys under which names stand, as texts or as keys; under all others are values, times and words."""
 
 _PLAIN_KEYS = ("may_end",)
 """Keys under which no names stand, wherever they are."""
+
+_BINDINGS: dict[str, dict[str, str]] = {
+    "binding": {"service": "call", "services": "choice", "measured": "readings"},
+    "call": {"request": "fields", "measured": "readings"},
+    "choice": {"*": "calls"},
+    "calls": {"*": "call"},
+    "fields": {"*": "argument"},
+}
+"""The mappings of a binding under `ros`: what stands under each of their keys, and what of it is further described."""
+
+_BY_VARIABLE = ("choice", "readings")
+"""The mappings of a binding whose keys are variables; an argument of a request may be one, too."""
 
 _TOKEN = re.compile(r"(?<!\w)(?!(?:min|max)\s*\()[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*", re.ASCII)
 """A name; `min` and `max` before a bracket are none."""
@@ -57,8 +70,17 @@ _BEFORE_OPERAND = re.compile(r"([=!<>]=|(?<!-)>|<-?|[-+]|[\[{,])\s*\Z")
 
 _NUMBER = re.compile(r"\s*-?\d+\s*")
 
+_VARIABLE = re.compile(r"[A-Za-z_][\w.]*(\[[\w\s,]*\])?", re.ASCII)
+"""The name of a variable, perhaps with an index."""
+
 _HEAD = re.compile(r"[^\[\s]*")
 """The name in a key such as `robot_at[robot]`."""
+
+
+def head_of(key: str) -> str:
+    """Return the name in the key of an entry, without its index or its parameters."""
+    match = _HEAD.match(key)
+    return key if match is None else match[0]
 
 
 class DeclaredNames:
@@ -77,8 +99,9 @@ class DeclaredNames:
 
     def _add(self, key: str, *suffixes: str) -> None:
         """Add what an entry declares; `move[r in robot]` declares `move` and all names that begin with `move.`."""
-        match = _HEAD.match(key)
-        head = match[0] if match is not None else key
+        head = head_of(key)
+        if head in reserved_names(""):
+            return  # an error of its own; the word keeps its meaning
         if head == key:
             self._names |= dict.fromkeys(f"{head}{suffix}" for suffix in suffixes)
         else:
@@ -126,26 +149,60 @@ class PartCopy:
     def _copied(self, node: YamlNode, *, has_names: bool) -> YamlNode:
         if node.scalar is not None:
             return self._copied_scalar(node, node.scalar, has_names=has_names)
-        if node.elements:
+        if isinstance(node.plain, list):
             copied = list_node(
                 (self._copied(each, has_names=has_names) for each in node.elements), node.place, node.end
             )
             return replace(copied, condemned=node.condemned, origin=node.origin)
-        return with_entries(node, (self._entry(entry, has_names=has_names) for entry in entries_of(node)))
+        return self._mapping(node, (self._entry(entry, has_names=has_names) for entry in entries_of(node)))
 
-    def _entry(self, entry: MappingEntry, *, has_names: bool) -> MappingEntry:
+    def _mapping(self, node: YamlNode, entries: Iterable[MappingEntry | None]) -> YamlNode:
+        """Return a mapping with the entries whose keys are names; it is incomplete without the others."""
+        copied = list(entries)
+        mapping = with_entries(node, (entry for entry in copied if entry is not None))
+        return replace(mapping, incomplete=True) if None in copied else mapping
+
+    def _entry(self, entry: MappingEntry, *, has_names: bool) -> MappingEntry | None:
         key = self._key(entry.key) if has_names else entry.key
-        if entry.key == "name" and entry.node.scalar is not None and not has_names:
+        if key is None:
+            return None
+        if entry.key == "ros" and not has_names:
+            return entry._replace(node=self._bound(entry.node, "binding"))
+        if entry.key == "name" and entry.node.scalar is not None and entry.node.text and not has_names:
             return entry._replace(node=self._prefixed(entry.node, entry.node.scalar))
         below = (has_names or entry.key in _TEXT_KEYS) and entry.key not in _PLAIN_KEYS
         return entry._replace(key=key, node=self._copied(entry.node, has_names=below))
 
-    def _key(self, key: str) -> str:
-        """Return a key that is the name of a variable: a parameter stands for the name that is its argument."""
+    def _bound(self, node: YamlNode, kind: str) -> YamlNode:
+        """Return the copy of a part of a binding: its names of variables are those of the copy, other words stay."""
+        if node.scalar is not None:
+            is_variable = kind == "argument" and (node.text in self.declared or node.text in self.arguments)
+            return self._copied_scalar(node, node.scalar, has_names=is_variable)
+        if isinstance(node.plain, list):
+            return self._copied(node, has_names=False)
+        return self._mapping(node, (self._bound_entry(entry, kind) for entry in entries_of(node)))
+
+    def _bound_entry(self, entry: MappingEntry, kind: str) -> MappingEntry | None:
+        key = self._key(entry.key) if kind in _BY_VARIABLE else entry.key
+        inner = _BINDINGS.get(kind, {})
+        below = inner.get(entry.key) or inner.get("*", "words")
+        return None if key is None else entry._replace(key=key, node=self._bound(entry.node, below))
+
+    def _key(self, key: str) -> str | None:
+        """Return a key that is the name of a variable: a parameter stands for the name that is its argument.
+
+        An argument that is no name is noted; the key is `None` then.
+        """
         argument = self.arguments.get(key)
-        if argument is not None and argument.text is not None:
+        if argument is None:
+            return f"{self.prefix}{key}" if key in self.declared else key
+        message = _misfit(argument, "", "")
+        if message is None and argument.text is not None and _VARIABLE.fullmatch(argument.text):
             return argument.text
-        return f"{self.prefix}{key}" if key in self.declared else key
+        message = message or "stands for the name of a variable here, and this is no name"
+        if not argument.condemned:
+            self.report.add(Slug.WRONG_SHAPE, f"`{key}` {message}", argument.place, "give the name of a variable")
+        return None
 
     def _prefixed(self, node: YamlNode, scalar: Scalar) -> YamlNode:
         """Return the name of a transition with the prefix."""

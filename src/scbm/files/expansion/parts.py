@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mapping_node, with_entries
 from scbm.files.expansion.part_files import SHARED_SECTIONS, PartFile, PartFiles
-from scbm.files.expansion.part_names import NAMED_SECTIONS, DeclaredNames, PartCopy
+from scbm.files.expansion.part_names import NAMED_SECTIONS, DeclaredNames, PartCopy, head_of
 from scbm.files.expansion.static_facts import QUANTIFIERS
-from scbm.files.language.grammar import keywords
+from scbm.files.language.grammar import keywords, reserved_names
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.yaml_events import MAX_NODES
 from scbm.model import Diagnostic, InputError, Slug
@@ -196,7 +196,7 @@ class _Expansion:
         whole = self.whole(part.document, (*users, part.path), shown)
         self._add_to_count(whole.size, place)
         declared = DeclaredNames(whole)
-        self._refuse_hidden(part, declared)
+        self._refuse_names(part, whole, declared)
         copy = PartCopy(prefix, declared, arguments, self.report)
         return with_entries(
             whole,
@@ -213,19 +213,28 @@ class _Expansion:
             message = f"with this part the model has more than {MAX_NODES:,} YAML nodes"
             raise InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place)])
 
-    def _refuse_hidden(self, part: PartFile, declared: DeclaredNames) -> None:
-        """Note parameters with the name of something that the part declares."""
+    def _refuse_names(self, part: PartFile, whole: YamlNode, declared: DeclaredNames) -> None:
+        """Note entries of a part with reserved words for names, and parameters with the name of an entry."""
+        entries: dict[str, None] = {}
+        for section in NAMED_SECTIONS:
+            node = whole.get(section)
+            for key, place in node.key_places.items() if node is not None else ():
+                entries[head_of(key)] = None
+                if head_of(key) in reserved_names(section):
+                    message = f"`{head_of(key)}` is a reserved word"
+                    self.report.add(Slug.RESERVED_NAME, message, place, "choose another name")
         parameters = part.document.get("parameters")
         for name in part.parameters:
-            if name in declared and parameters is not None:
+            if parameters is not None and (name in entries or name in declared):
                 message = f"the parameter `{name}` has the name of something that the part declares"
-                self.report.add(Slug.DUPLICATE_NAME, message, parameters.key_places[name], "choose another name")
+                remedy = "choose another name: arguments do not replace the names of entries"
+                self.report.add(Slug.DUPLICATE_NAME, message, parameters.key_places[name], remedy)
 
     # sections
 
     def _united(self, section: str, used: list[_Use], own: MappingEntry | None, at: Place) -> MappingEntry | None:
         """Return a section with the entries of all that is used, then its own; the own one if nothing is used."""
-        found = [(use, node) for use in used if (node := use.document.get(section)) is not None and node.items]
+        found = [(use, node) for use in used if (node := use.document.get(section)) is not None]
         if own is not None and not isinstance(own.node.plain, dict):
             return own
         if not found and (own is not None or self.is_whole or section not in _REQUIRED):
@@ -240,7 +249,8 @@ class _Expansion:
         if whole is None:
             place, end = (found[0][0].place, found[0][1].end) if found else (at, 0)
             whole = MappingEntry(section, place, mapping_node((), place, end), end)
-        incomplete = whole.node.incomplete or not self.is_whole
+        is_wrong = any(node.incomplete or not isinstance(node.plain, dict) for _, node in found)
+        incomplete = whole.node.incomplete or is_wrong or not self.is_whole
         return whole._replace(node=replace(with_entries(whole.node, entries.values()), incomplete=incomplete))
 
     def _enter(self, entries: dict[str, MappingEntry], entry: MappingEntry, place: Place) -> None:
