@@ -139,7 +139,7 @@ def kill_matrix(name: str, group: str, model: BehaviorModel, counts: Counts) -> 
     facts = _facts(runs.cases, tester)
     known = tuple(mutants_of(model))
     drawn = sample(known, counts.mutants)
-    rows = [(mutant, _row(runs, mutant, tester)) for mutant in drawn]
+    rows = [(mutant, mutant_row(runs, mutant, tester)) for mutant in drawn]
     equivalent = _equivalent([mutant for mutant, row in rows if not row.found[0]], model)
     kept = tuple(row for mutant, row in rows if mutant.name not in equivalent)
     return KillMatrix(
@@ -233,7 +233,8 @@ def _states(records: Iterable[Record]) -> Iterator[tuple[Value, ...]]:
         yield tuple(state.values())
 
 
-def _row(runs: MutationRuns, mutant: Mutant, tester: Tester) -> MutantRow:
+def mutant_row(runs: MutationRuns, mutant: Mutant, tester: Tester) -> MutantRow:
+    """Return which of the cases of `runs` find a mutant; `tester` is that of the original."""
     under_test = runs.under_test(mutant)
     found = [0] * len(ORACLES)
     for number, case in enumerate(runs.cases):
