@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scbm.cli import main
-from support import tiers
+from support import import_order, tiers
 from support.domains import LOOPBACK, own_domain
 from support.loops import GUARD_S
 from support.profiles import load_profile
@@ -34,6 +34,7 @@ collect_ignore = ["models"]
 """The models and cases there are right and wrong on purpose; they belong to tests of their own."""
 
 if TYPE_CHECKING:
+    from _pytest.reports import CollectReport
     from playwright.sync_api import Browser
 
 pytest_plugins = ["pytester"]
@@ -90,14 +91,24 @@ def pytest_collection() -> Generator[None, object, object]:
     try:
         return (yield)
     finally:
-        gc.collect()
-        gc.freeze()
+        gc.freeze()  # without a search before, which takes half a second of each worker
         gc.set_threshold(_GARBAGE_THRESHOLD)
         gc.enable()
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, CollectReport, CollectReport]:
+    report = yield
+    if import_order.begins_last(collector.config):
+        import_order.reverse_files(collector, report)
+    return report
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out the tiers of `support.tiers`, unless options choose tests."""
+    if import_order.begins_last(config):
+        import_order.restore_order(items)
     if config.getoption("--full") or config.getoption("markexpr"):
         return
     kept, left_out = tiers.split(items, config.args)

@@ -22,7 +22,7 @@ LONG = {"guard": "g", "effects": "a", "on_timeout": "timedout"}
 def data_of(path: Path) -> dict[str, Any] | None:
     """The data of a rejected model; `None` if it is not YAML, or has no operations that can be written in short."""
     try:
-        data = YAML(typ="safe", pure=True).load(path.read_bytes().decode("utf-8-sig"))
+        data = YAML(typ="safe").load(path.read_bytes().decode("utf-8-sig"))
     except (YAMLError, ValueError):
         return None
     operations = data.get("operations") if isinstance(data, dict) else None
