@@ -296,3 +296,40 @@ def test_the_words_of_a_name_of_a_part_can_be_in_the_wrong_order() -> None:
     with pytest.raises(InputError) as raised:
         read_model(text)
     assert [each.remedy for each in raised.value.diagnostics] == ["did you mean `cell1.cnc_req_state`?"]
+
+
+def test_errors_name_entries_as_they_are_written_or_an_instance_that_alone_has_them() -> None:
+    with pytest.raises(InputError) as raised:
+        cell("""operations:
+  stop[r in robot]: {}
+  move[r in robot, s in robot]:
+    pre: {g: at.r == e && stop.s.state == done}
+    post: {g: true, a: [at.r <- a, at.s <- b]}
+""")
+    assert [f"{each.place.line}: {each.message}" for each in raised.value.diagnostics] == [
+        "14: `pre` is missing in `stop[r in robot]`",
+        "14: `post` is missing in `stop[r in robot]`",
+        "16: `e` is not a value of `at[robot]`",
+        "16: `done` is not a value of `stop[r in robot].state`",
+        "17: `at.r1` is assigned twice; the actions of a transition happen at once",
+    ]
+
+
+def test_a_resource_with_parameters_needs_a_topic_for_each_object() -> None:
+    text = """resources:
+  arm[r in robot]: {ros: {topics: {request: '/{r}/request', reply: /reply}}}
+"""
+    with pytest.raises(InputError) as raised:
+        cell(text)
+    (found,) = raised.value.diagnostics
+    assert (found.place.line, found.place.column) == (15, 68)
+    assert found.message == "several resources that are written here have the topic `/reply` for requests or replies"
+
+
+def test_a_name_with_an_index_is_declared_once() -> None:
+    text = HEAD.replace(
+        "variables:", "resources: {'arm[robot]': {}}\nvariables:\n  arm_req_state[robot]: {domain: bool, initial: true}"
+    )
+    with pytest.raises(InputError) as raised:
+        read_model(text)
+    assert [(each.slug, each.place.line) for each in raised.value.diagnostics] == [(Slug.DUPLICATE_NAME, 8)]

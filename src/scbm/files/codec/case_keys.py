@@ -46,7 +46,8 @@ from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyT
 from scbm.files.codec.network_keys import NetworkKeys, network_owners, random_keys
 from scbm.files.codec.outcome_keys import OutcomeKeys, RuleReader, RuleType, stretches_of
 from scbm.files.codec.recorded_keys import RecordedGoalKeys, RecordedKeys
-from scbm.files.codec.value_reader import NAME, ValueReader
+from scbm.files.codec.value_reader import ValueReader
+from scbm.files.language.entry_names import NAME
 from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
@@ -524,7 +525,7 @@ class CaseKeys(Keys):
         known = {requirement.name for requirement in model.requirements}
         for entry in self.requirements:
             if not NAME.fullmatch(entry.name):
-                self.reader.refuse_name(entry.name, entry.place)
+                self.reader.check_name(entry.name, entry.place)
             elif entry.name in known:
                 message = f"the model has a requirement `{entry.name}` already"
                 self.reader.add(Slug.DUPLICATE_NAME, message, entry.place, "choose another name")

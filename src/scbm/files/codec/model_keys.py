@@ -22,10 +22,9 @@ from scbm.files.codec.lifted.object_keys import LIFTED_REQUIREMENTS, tables_key,
 from scbm.files.codec.lifted.part_keys import INCLUDE, PARTS, PartUseKeys
 from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, OperationKeys, TransitionKeys
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
-from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.codec.variable_keys import VariableKeys
 from scbm.files.codec.waiver_keys import TEXT, WAIVER_LIST, WaiverKeys, waivers_of
-from scbm.files.language.grammar import reserved_names
+from scbm.files.language.entry_names import NAME
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
@@ -46,6 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.files.codec.key_types import Entry
+    from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
 
 T = TypeVar("T")
@@ -402,11 +402,7 @@ class ModelKeys(Keys):
     def _named(self, entries: tuple[Entry[T], ...], section: str = "") -> tuple[Entry[T], ...]:
         """Return the entries of a section; note keys that are no names, and reserved words."""
         for entry in entries:
-            if not NAME.fullmatch(entry.name):
-                self.reader.refuse_name(entry.name, entry.place)
-            elif entry.name in reserved_names(section):
-                message = f"`{entry.name}` is a reserved word"
-                self.reader.add(Slug.RESERVED_NAME, message, entry.place, "choose another name")
+            self.reader.check_name(entry.name, entry.place, section)
         return entries
 
     def _all_names(self, declared: dict[str, Variable | None]) -> dict[str, Variable | None]:

@@ -182,10 +182,11 @@ SERVICE_TYPE = ScalarOrMappingType(
 
 @dataclass(frozen=True, slots=True)
 class _TopicUse:
-    """Where a topic is first used, and whether it carries requests or replies there."""
+    """The first use of a topic: its place, if that is in this file, and whether it carries requests or replies."""
 
     where: str
     is_of_pair: bool
+    place: Place | None = None
 
 
 class SharedNames:
@@ -232,10 +233,15 @@ class SharedNames:
         """
         before = self._uses.get(name)
         if before is None:
-            self._uses[name] = _TopicUse(f"in line {place.line}", is_of_pair)
+            self._uses[name] = _TopicUse(f"in line {place.line}", is_of_pair, place)
         elif before.is_of_pair or is_of_pair:
             carries = "carries requests or replies" if before.is_of_pair else "is a measured topic"
             remedy = "what carries requests or replies carries nothing else: write a topic of its own"
+            if before.place == place:
+                message = f"several resources that are written here have the topic `{name}` for requests or replies"
+                remedy = "write a topic for each: `{r}` in it stands for the object of a parameter `r`"
+                self._reader.add(Slug.BAD_BINDING, message, place, remedy)
+                return
             self._reader.add(Slug.BAD_BINDING, f"`{name}` {carries} {before.where}, too", place, remedy)
 
     def _note(self, what: str, name: str, kind: MessageType | ServiceType, place: Place) -> None:

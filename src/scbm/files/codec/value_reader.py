@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, TypeVar
 
+from scbm.files.language.entry_names import NAME, name_fault
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.resolver import Resolver
 from scbm.files.language.scope import Scope, Where
@@ -28,13 +29,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
-"""The syntax of the names of variables, operations, goals and all other parts of a model."""
-
 CASE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
 """The syntax of the names of cases and injections."""
-
-_NEARLY_NAME = re.compile(r"[\w .-]{1,60}", re.ASCII)
 
 _LONG_DURATION = re.compile(r"\s*\d{16,}(?:\.\d+)?\s*[a-zµ]+\s*", re.ASCII)
 """A duration whose number has more digits than `parse_duration` reads."""
@@ -60,10 +56,11 @@ class ValueReader:
 
     # names and words
 
-    def refuse_name(self, name: str, place: Place) -> None:
-        """Note that a text is not a name."""
-        message = f"`{name}` is not a name" if name else "a name is missing"
-        self.add(Slug.BAD_NAME, message, place, _name_remedy(name))
+    def check_name(self, name: str, place: Place, section: str = "") -> None:
+        """Note a text that is not a name, or a reserved word; `section` is that of an entry with this name."""
+        fault = name_fault(name, section)
+        if fault is not None:
+            self.add(fault.slug, fault.message, place, fault.remedy)
 
     def refuse_unknown(self, name: str, place: Place) -> None:
         """Note that no variable has this name."""
@@ -75,7 +72,7 @@ class ValueReader:
     def model_name(self, node: YamlNode, text: str) -> str:
         """Return the name of a model or of a transition, even if it is not a name."""
         if not NAME.fullmatch(text):
-            self.refuse_name(text, node.place)
+            self.check_name(text, node.place)
         return text
 
     def case_name(self, node: YamlNode, text: str) -> str | None:
@@ -263,13 +260,6 @@ class ValueReader:
             self.add(slug, message, scalar.stretch(begin, end), remedy)
 
         return Resolver(self.scope, where, complain)
-
-
-def _name_remedy(name: str) -> str:
-    fixed = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
-    if not fixed or fixed[0].isdigit() or not _NEARLY_NAME.fullmatch(name):
-        return "names are letters from a to z, digits and `_`, and begin with a letter"
-    return f"write `{fixed}`"
 
 
 def _value_remedy(node: YamlNode, domain: Domain) -> str:

@@ -19,8 +19,9 @@ from scbm.files.expansion.lifted_entries import (
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
 from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
-from scbm.files.language.grammar import reserved_names
+from scbm.files.language.entry_names import name_fault
 from scbm.files.spelling import nearest
+from scbm.files.yaml.instance_names import InstanceNames
 from scbm.model import Slug
 from scbm.model.variables import (
     CURRENT_NAME,
@@ -101,6 +102,7 @@ class _ObjectStage:
         self._incomplete: list[str] = []
 
     def expanded(self) -> YamlNode:
+        self._report.name_instances(lambda: InstanceNames(objects=frozenset(self._facts.places)))
         self._refuse_clashes()
         for section, kind in _SECTIONS.items():
             node = self._document.get(section)
@@ -110,7 +112,20 @@ class _ObjectStage:
                 ]
                 self._refuse_many(section)
         entries = [self._ground(entry) for entry in entries_of(self._document)]
+        self._report.name_instances(self._instance_names)
         return with_entries(self._document, [entry for entry in entries if entry.key not in ("types", "tables")])
+
+    def _instance_names(self) -> InstanceNames:
+        """Return the names of all instances, with those that come from them, and the entries as they are written."""
+        lifted = {
+            name: written
+            for section, entries in self._entries.items()
+            for entry in entries
+            if entry.key is not None
+            for choice in entry.choices
+            for name, written in _names_from(section, entry.key, joined(choice))
+        }
+        return InstanceNames(lifted, frozenset(self._facts.places))
 
     def _refuse_clashes(self) -> None:
         """Note objects that have the name of a variable."""
@@ -134,9 +149,10 @@ class _ObjectStage:
                 return None
             if section in _INDEXED and not self._is_declared(section, key):
                 return None
-            if key.base in reserved_names(section):
+            fault = name_fault(key.base, section)
+            if fault is not None:
                 place = part_of_key(entry.place, entry.key, 0, len(key.base))
-                self._report.add(Slug.RESERVED_NAME, f"`{key.base}` is a reserved word", place, "choose another name")
+                self._report.add(fault.slug, fault.message, place, fault.remedy)
                 self._incomplete.append(section)
                 return None
             self._report.fold_lines(entry.place, last_line(entry.node))
@@ -151,6 +167,7 @@ class _ObjectStage:
         if key is not None:
             conditions += self._guard_conditions(node, scope)
             lifted.choices = self._choices(section, key, conditions)
+            self._report.fold_lines(entry.place, last_line(entry.node), len(lifted.choices))
             if not lifted.choices:
                 self._warn_of_no_instance(key)
         return lifted
@@ -164,10 +181,18 @@ class _ObjectStage:
         elif first.arity != len(key.kinds):
             message = f"`{key.shown}` has {len(key.kinds)} indices, and `{first.shown}` has {first.arity}"
             self._report.add(Slug.WRONG_INDEX, message, key.place, "choose another name")
+        elif (owned := self._owned_twice(section, key.base)) is not None:
+            message = f"`{owned}` belongs to the resource `{key.base}`, and is also declared in `variables`"
+            self._report.add(Slug.DUPLICATE_NAME, message, key.place, "choose another name")
         else:
             return True
         self._incomplete.append(section)
         return False
+
+    def _owned_twice(self, section: str, base: str) -> str | None:
+        """Return the name of a variable of a resource that is declared with an index, too; `None` if none is."""
+        names = _request_names(base) if section == "resources" else ()
+        return next((name for name in names if self._names.indexed[name].section != section), None)
 
     def _conditions(
         self, entry: MappingEntry, key: LiftedKey | None, scope: LiftedScope
@@ -361,6 +386,20 @@ def _split(text: str) -> tuple[str, str]:
         return text, ""
     base, slash, state = text.partition("/")
     return base, slash + state
+
+
+def _names_from(section: str, key: LiftedKey, objects: str) -> Iterator[tuple[str, str]]:
+    """Yield the names that an instance of an entry brings, each with the name as it is written."""
+    base, index = key.base, key.shown.removeprefix(key.base)
+    yield f"{base}{objects}", key.shown
+    if section == "operations":
+        yield operation_state_name(f"{base}{objects}"), operation_state_name(key.shown)
+        for prefix in ("start_", "complete_", "fail_"):
+            yield f"{prefix}{base}{objects}", f"{prefix}{key.shown}"
+    if section == "resources":
+        for suffix in (name.removeprefix(base) for name in _request_names(base)):
+            yield f"{base}{objects}{suffix}", f"{base}{suffix}{index}"
+        yield f"{base}_failed{objects}", f"{base}_failed{index}"
 
 
 def _named(key: LiftedKey | None, choice: tuple[str, ...]) -> dict[str, str]:

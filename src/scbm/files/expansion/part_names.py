@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, scalar_node, with_entries
 from scbm.files.expansion.rewritten_scalar import Piece, RewrittenScalar
-from scbm.files.language.grammar import reserved_names
+from scbm.files.language.entry_names import name_fault, reserved_names
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
 
@@ -73,14 +73,10 @@ _NUMBER = re.compile(r"\s*-?\d+\s*")
 _VARIABLE = re.compile(r"[A-Za-z_][\w.]*(\[[\w\s,]*\])?", re.ASCII)
 """The name of a variable, perhaps with an index."""
 
-_HEAD = re.compile(r"[^\[\s]*")
-"""The name in a key such as `robot_at[robot]`."""
-
 
 def head_of(key: str) -> str:
     """Return the name in the key of an entry, without its index or its parameters."""
-    match = _HEAD.match(key)
-    return key if match is None else match[0]
+    return key.partition("[")[0].rstrip()
 
 
 class DeclaredNames:
@@ -136,12 +132,14 @@ class PartCopy:
     report: ErrorCollector
 
     def section(self, name: str, node: YamlNode) -> YamlNode:
-        """Return the copy of a section, whose keys are the names of its entries."""
+        """Return the copy of a section, whose keys are the names of its entries; without those that cannot be names."""
         has_names = name in _TEXT_SECTIONS
-        return with_entries(
+        return self._mapping(
             node,
             (
-                entry._replace(key=f"{self.prefix}{entry.key}", node=self._copied(entry.node, has_names=has_names))
+                None
+                if name_fault(head_of(entry.key), name) is not None
+                else entry._replace(key=f"{self.prefix}{entry.key}", node=self._copied(entry.node, has_names=has_names))
                 for entry in entries_of(node)
             ),
         )

@@ -11,7 +11,8 @@ from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mappin
 from scbm.files.expansion.part_files import SHARED_SECTIONS, PartFile, PartFiles
 from scbm.files.expansion.part_names import NAMED_SECTIONS, DeclaredNames, PartCopy, head_of
 from scbm.files.expansion.static_facts import QUANTIFIERS
-from scbm.files.language.grammar import keywords, reserved_names
+from scbm.files.language.entry_names import name_fault
+from scbm.files.language.grammar import keywords
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.yaml_events import MAX_NODES
 from scbm.model import Diagnostic, InputError, Slug
@@ -214,15 +215,15 @@ class _Expansion:
             raise InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place)])
 
     def _refuse_names(self, part: PartFile, whole: YamlNode, declared: DeclaredNames) -> None:
-        """Note entries of a part with reserved words for names, and parameters with the name of an entry."""
+        """Note entries of a part that cannot have their names, and parameters with the name of an entry."""
         entries: dict[str, None] = {}
         for section in NAMED_SECTIONS:
             node = whole.get(section)
             for key, place in node.key_places.items() if node is not None else ():
                 entries[head_of(key)] = None
-                if head_of(key) in reserved_names(section):
-                    message = f"`{head_of(key)}` is a reserved word"
-                    self.report.add(Slug.RESERVED_NAME, message, place, "choose another name")
+                fault = name_fault(head_of(key), section)
+                if fault is not None:
+                    self.report.add(fault.slug, fault.message, place, fault.remedy)
         parameters = part.document.get("parameters")
         for name in part.parameters:
             if parameters is not None and (name in entries or name in declared):

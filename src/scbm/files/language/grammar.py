@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, assert_never
 
 from scbm.model.requirement_patterns import PLACEHOLDERS, PlaceholderKind, pattern_parts, spellings
 from scbm.model.requirements import FORMS
-from scbm.model.variables import NO_OPERATION
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -65,9 +64,6 @@ DURATION: /[0-9]+(\.[0-9]+)?\s*[A-Za-zµ]+/
 _WORDS = ("true", "false", "in")
 """The keywords of predicates."""
 
-_RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
-"""What operations cannot be called, as other names begin with these words, or mean that there is none."""
-
 
 _FORM = "form_"
 """Begins the names of the rules of forms, so that no form has the name of another rule."""
@@ -91,11 +87,6 @@ def keywords() -> tuple[str, ...]:
     In a requirement, the second word of a phrase may be a name, such as `to` of `leads to`: its position identifies it.
     """
     return (*_WORDS, *dict.fromkeys(phrase[0] for phrase in keyword_phrases()))
-
-
-def reserved_names(section: str) -> tuple[str, ...]:
-    """Return the words that entries of a section of a model cannot have as their names."""
-    return (*keywords(), *(_RESERVED_OPERATIONS if section == "operations" else ()))
 
 
 def requirement_phrases() -> dict[str, str]:

@@ -5,17 +5,18 @@ from __future__ import annotations
 import os
 import re
 import shlex
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.files.input_file import open_input
 from scbm.files.spelling import nearest
 from scbm.files.yaml.document import YamlNode, read_document
+from scbm.files.yaml.instance_names import InstanceNames
 from scbm.files.yaml.source_text import SourceText
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
 
 
@@ -26,6 +27,28 @@ _MAX_CHARACTERS = 400
 """The maximum length of a message: names and domains in it can have any length."""
 
 
+@dataclass(slots=True)
+class _NotedError:
+    """An error that several instances of one entry may have.
+
+    Attributes:
+        first: what is wrong with the first instance that has it.
+        lifted: the same for all instances.
+        instances: the number of instances of the entry.
+        count: the number of instances that have the error so far.
+    """
+
+    first: Diagnostic
+    lifted: Diagnostic
+    instances: int
+    count: int = 0
+
+    @property
+    def shown(self) -> Diagnostic:
+        """The error; if only some instances have it, that of the first one."""
+        return self.lifted if self.count >= self.instances else self.first
+
+
 class ErrorCollector:
     """The diagnostics of one text so far, and of the files that it includes."""
 
@@ -33,16 +56,32 @@ class ErrorCollector:
         self._source_lines = source_lines
         self._others: dict[str, SourceText] = {}
         self._users: dict[str, Place] = {}
-        self._found: dict[tuple[Place, Slug, str], Diagnostic] = {}
-        self._folded: dict[tuple[str, int], None] = {}
+        self._found: dict[tuple[Place, Slug, str], _NotedError] = {}
+        self._folded: dict[tuple[str, int], int] = {}
+        self._names: InstanceNames | None = InstanceNames()
+        self._make_names: Callable[[], InstanceNames] = InstanceNames
         self._warnings: dict[Diagnostic, None] = {}
 
-    def fold_lines(self, first: Place, last: int) -> None:
+    def fold_lines(self, first: Place, last: int, instances: int = 0) -> None:
         """Take the lines from `first` to the number `last` for those of one lifted entry.
 
-        Its instances have the same errors in other words: one for each place and slug is noted.
+        Its instances have the same errors in other words: each is noted once.
+
+        Args:
+            first: where the entry begins.
+            last: the number of its last line.
+            instances: the number of its instances, if that is known.
         """
-        self._folded |= dict.fromkeys((first.file, line) for line in range(first.line, last + 1))
+        self._folded |= dict.fromkeys(((first.file, line) for line in range(first.line, last + 1)), instances)
+
+    def name_instances(self, make_names: Callable[[], InstanceNames]) -> None:
+        """Write names of entries for those of their instances in all further errors.
+
+        Args:
+            make_names: returns the names; it is called with the first error.
+        """
+        self._make_names = make_names
+        self._names = None
 
     def add_source(self, source: SourceText, user: Place | None = None) -> None:
         """Take another file, whose lines are shown with the errors in it; its errors follow those of earlier files.
@@ -66,9 +105,19 @@ class ErrorCollector:
         Raises:
             InputError: the maximum number of errors is reached.
         """
+        if self._names is None:
+            self._names = self._make_names()
         diagnostic = self._diagnostic(slug, message, place, remedy)
-        is_folded = (place.file, place.line) in self._folded
-        self._found.setdefault((place, slug, "" if is_folded else diagnostic.message), diagnostic)
+        instances = self._folded.get((place.file, place.line))
+        written = diagnostic.source_line or ""
+        lifted = replace(diagnostic, message=self._names.in_text(diagnostic.message, written))
+        same = lifted.message
+        if instances is not None:
+            remedy = None if diagnostic.remedy is None else self._names.in_text(diagnostic.remedy, written)
+            lifted = replace(lifted, remedy=remedy)
+            same = self._names.without_objects(same)
+        noted = self._found.setdefault((place, slug, same), _NotedError(diagnostic, lifted, instances or 0))
+        noted.count += 1
         if len(self._found) >= MAX_ERRORS:
             raise self.error()
 
@@ -87,12 +136,12 @@ class ErrorCollector:
     def add_found(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Take errors that were found in another file before it was known here."""
         for found in diagnostics:
-            self._found.setdefault((found.place, found.slug, found.message), found)
+            self._found.setdefault((found.place, found.slug, found.message), _NotedError(found, found, 0))
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """The errors so far, in the order in which they were found."""
-        return tuple(self._found.values())
+        return tuple(noted.shown for noted in self._found.values())
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -104,8 +153,10 @@ class ErrorCollector:
         copied = ErrorCollector(self._source_lines)
         copied._others.update(self._others)
         copied._users.update(self._users)
-        copied._found.update(self._found)
+        copied._found.update((key, replace(noted)) for key, noted in self._found.items())
         copied._folded.update(self._folded)
+        copied._names = self._names
+        copied._make_names = self._make_names
         copied._warnings.update(self._warnings)
         return copied
 
@@ -120,7 +171,7 @@ class ErrorCollector:
     def error(self) -> InputError:
         """Return all diagnostics in the order of the text; those of each other file follow."""
         ranks = {file: rank for rank, file in enumerate(self._others, start=1)}
-        ordered = sorted(self._found.values(), key=lambda found: (ranks.get(found.place.file, 0), found.order))
+        ordered = sorted(self.diagnostics, key=lambda found: (ranks.get(found.place.file, 0), found.order))
         return InputError(ordered)
 
 

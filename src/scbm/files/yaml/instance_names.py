@@ -1,0 +1,51 @@
+"""Names of instances in error messages: a reader of the file knows the entry with parameters that they come from."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
+_LIST = re.compile(r"(?P<head>[a-z ]+: )(?P<names>[\w.]+(?:, [\w.]+)*)(?P<rest>(?:, …)?)", re.ASCII)
+"""A list of known names, as `suggestion` makes it."""
+
+
+@dataclass(frozen=True, slots=True)
+class InstanceNames:
+    """The names that an expansion made.
+
+    Attributes:
+        lifted: the name of an entry as it is written, by the name of each of its instances: `at[robot]` by `at.r1`.
+        objects: the objects that names of instances contain.
+    """
+
+    lifted: Mapping[str, str] = field(default_factory=dict)
+    objects: frozenset[str] = frozenset()
+
+    def in_text(self, text: str, written: str) -> str:
+        """Return a text in which entries stand for their instances.
+
+        Args:
+            text: a message or a remedy.
+            written: the line that it is about; an instance that is named there keeps its name.
+        """
+        listed = _LIST.fullmatch(text)
+        if listed is not None:
+            names = dict.fromkeys(self._shown(name, written) for name in listed["names"].split(", "))
+            return f"{listed['head']}{', '.join(names)}{listed['rest']}"
+        return _NAME.sub(lambda match: self._shown(match[0], written), text) if self.lifted else text
+
+    def _shown(self, name: str, written: str) -> str:
+        lifted = self.lifted.get(name)
+        return name if lifted is None or name in written else lifted
+
+    def without_objects(self, text: str) -> str:
+        """Return a text that is the same for all instances of an entry: without the names of objects."""
+        return _NAME.sub(lambda match: ".".join(self._anonymous(part) for part in match[0].split(".")), text)
+
+    def _anonymous(self, word: str) -> str:
+        return "*" if word in self.objects else word
