@@ -100,7 +100,7 @@ def an_empty_store(directory: Path) -> None:
 def a_newer_store(directory: Path) -> None:
     path = store(directory / "cov.db", 1, results(1, 1))
     connection = sqlite3.connect(path)
-    connection.execute("PRAGMA user_version = 9")
+    connection.execute("PRAGMA user_version = 10")
     connection.close()
     read_history(path)
 

@@ -178,7 +178,11 @@ def command(
         columns = report_columns()
         parts: list[Iterable[Text]] = []
         parts += (
-            [missing_lines(history.model, history.coverage, history.source.path, columns, history.decided)]
+            [
+                missing_lines(
+                    history.model, history.coverage, history.source.path, columns, history.decided, history.lifted
+                )
+            ]
             if missing
             else []
         )
@@ -190,9 +194,8 @@ def command(
     if written:
         errors().line(f"Written: {', '.join(written)}")
     coverable = None if history.decided is None else history.decided.coverable
-    folded = None if history.lifted is None else history.lifted.figure
     evidence_of_mutants = history.evidence if asks_for_asserted(wanted_figures) else None
-    is_met = meets_thresholds(history.coverage, wanted_figures, coverable, evidence_of_mutants, folded)
+    is_met = meets_thresholds(history.coverage, wanted_figures, coverable, evidence_of_mutants, history.lifted)
     return 0 if is_met and is_saved else 1
 
 

@@ -169,6 +169,25 @@ class LiftedOrigin:
     lifted: str
 
 
+@dataclass(frozen=True, slots=True)
+class ObjectLists:
+    """The objects of a model file with types, and digests of what else the file says (semantics 8.7).
+
+    Attributes:
+        lifted: the SHA-256 of the lifted model: all declarations without objects, rows, initial values and goals.
+        rows: the SHA-256 of the rows of its tables.
+        types: the objects of each type that lists some, without those of its subtypes.
+    """
+
+    lifted: str
+    rows: str
+    types: tuple[tuple[str, tuple[str, ...]], ...]
+
+    def is_other_list(self, other: ObjectLists) -> bool:
+        """Return whether `other` belongs to the same lifted model, and has other objects or other rows."""
+        return self.lifted == other.lifted and (self.types, self.rows) != (other.types, other.rows)
+
+
 @dataclass(frozen=True)
 class BehaviorModel:
     """The content of a model file. All orders are those of the file, and they matter.
@@ -191,6 +210,7 @@ class BehaviorModel:
         runs: what its runs are.
         requirements_off: the names of the built-in requirements that do not hold in it, each with the reason.
         origins: where its expanded parts come from. Reports fold by it; two models that differ only in it are equal.
+        objects: the objects of its file, if the file has types; two models that differ only in it are equal.
     """
 
     name: str
@@ -209,6 +229,7 @@ class BehaviorModel:
     runs: RunsDeclaration = RunsDeclaration()
     requirements_off: tuple[tuple[str, str], ...] = ()
     origins: tuple[LiftedOrigin, ...] = field(default=(), compare=False)
+    objects: ObjectLists | None = field(default=None, compare=False)
 
     @cached_property
     def space(self) -> StateSpace:

@@ -2,28 +2,66 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import LiftedStatuses, status_counts_in_words
-from scbm.reports.figure_table import DEFAULT_COLUMNS, wrapped
+from scbm.cases.coverage import status_counts_in_words
+from scbm.reports.figure_table import DEFAULT_COLUMNS, counted, wrapped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from scbm.cases.coverage import Statuses
-    from scbm.model import BehaviorModel, Waiver
+    from scbm.cases.coverage import LiftedStatuses, Statuses
+    from scbm.model import Waiver
 
 
-def lifted_lines(model: BehaviorModel, statuses: Statuses) -> Iterator[Text]:
-    """Yield the figure of lifted obligations; nothing for a model without parameters."""
-    lifted = LiftedStatuses.of(model, statuses)
+_MAX_LISTS = 3
+_MAX_OBJECTS = 6
+
+
+def lifted_lines(lifted: LiftedStatuses | None, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
+    """Yield the figure of lifted obligations, and the objects that it comes from; nothing for `None`."""
     if lifted is None:
         return
     figure = lifted.figure
     line = Text("  Lifted: ").append(str(figure), style="bold")
     yield line.append(f", {figure.visited} of {figure.of}: an operation with parameters counts once")
+    if lifted.others:
+        yield from (Text(part, style="dim") for part in wrapped(united_in_words(lifted), columns, "    ", 6))
+
+
+def united_in_words(lifted: LiftedStatuses) -> str:
+    """Return from which objects a lifted figure comes, one sentence; empty if it comes from one model alone."""
+    if not lifted.others:
+        return ""
+    own = {} if lifted.objects is None else dict(lifted.objects.types)
+    others = [dict(each.objects.types) for each in lifted.others]
+    different = [
+        name
+        for name in dict.fromkeys((*own, *chain(*others)))
+        if any(own.get(name) != each.get(name) for each in others)
+    ]
+    alone = lifted.alone.figure
+    named = [
+        f"{counted(each.cases, 'case')} for {_objects(types, different) if types != own else 'other tables'}"
+        for each, types in zip(lifted.others[:_MAX_LISTS], others, strict=False)
+    ]
+    more = len(others) - _MAX_LISTS
+    named += [f"those for {counted(more, 'other list')} of objects"] if more > 0 else []
+    here = _objects(own, different) or "these tables"
+    return f"for {here} alone {alone}, {alone.visited} of {alone.of}; united with {' and '.join(named)}"
+
+
+def _objects(types: Mapping[str, tuple[str, ...]], names: Sequence[str]) -> str:
+    """Return the objects of some types, as model files list them."""
+    return ", ".join(f"{name}: {_listed(types.get(name, ()))}" for name in names)
+
+
+def _listed(objects: tuple[str, ...]) -> str:
+    shown = [*objects[:_MAX_OBJECTS], *(["…"] if len(objects) > _MAX_OBJECTS else [])]
+    return f"[{', '.join(shown)}]"
 
 
 def status_lines(statuses: Statuses, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:

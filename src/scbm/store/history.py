@@ -20,7 +20,7 @@ from scbm.model import FIRST_PLANNER
 from scbm.store.stored_mutants import find_evidence
 
 if TYPE_CHECKING:
-    from scbm.cases.coverage import Obligation
+    from scbm.cases.coverage import ObjectListVisits, Obligation
     from scbm.model import BehaviorModel, Waiver
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import StoredMutation
@@ -193,6 +193,7 @@ class History:
         certificates: the certificates that were added, those of earlier versions of the model included.
         decided: the statuses of obligations, as the command line found them; `None` if visits alone decide them.
         mutations: the results of mutants.
+        others: what cases of the same lifted model visited under other objects.
     """
 
     model: BehaviorModel
@@ -202,6 +203,7 @@ class History:
     certificates: tuple[StoredCertificate, ...] = ()
     decided: Statuses | None = None
     mutations: tuple[StoredMutation, ...] = ()
+    others: tuple[ObjectListVisits, ...] = ()
 
     @property
     def waivers(self) -> tuple[Waiver, ...]:
@@ -216,7 +218,7 @@ class History:
     @cached_property
     def lifted(self) -> LiftedStatuses | None:
         """The statuses of lifted obligations; `None` for a model without parameters."""
-        return LiftedStatuses.of(self.model, self.statuses)
+        return LiftedStatuses.of(self.model, self.statuses, self.others)
 
     @cached_property
     def evidence(self) -> AssertionEvidence:

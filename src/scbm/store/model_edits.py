@@ -1,8 +1,9 @@
-"""Compares two versions of a model: which obligations mean the same in both."""
+"""Compares two versions of a model: which obligations mean the same in both, and whether only objects differ."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation, Obligations
@@ -11,7 +12,7 @@ from scbm.files import read_model
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, ObjectLists
 
 _MAX_NAMED = 5
 
@@ -62,6 +63,32 @@ def _equal_parts(before: BehaviorModel, after: BehaviorModel) -> frozenset[tuple
             *((True, t.name) for t in before.automatic_transitions if transitions.get(t.name) == t),
         )
     )
+
+
+class Kinship(StrEnum):
+    """The relation between the model of a store and another model (semantics 8.7)."""
+
+    OTHER_OBJECTS = "other objects"
+    """Both are the same lifted model, with other objects or other tables."""
+    OTHER_MODEL = "other model"
+    UNKNOWN = "unknown"
+    """The store does not say of which lifted model it is, since an older version of `scbm` wrote it."""
+
+
+def kinship(name: str, stored: ObjectLists | None, model: BehaviorModel, *, is_lifted: bool) -> Kinship:
+    """Return the relation between a model of a store and a model with another digest.
+
+    Args:
+        name: the name of the model of the store.
+        stored: its objects, as the store has them.
+        model: the other model.
+        is_lifted: whether the model of the store has parts with parameters.
+    """
+    if name != model.name or model.objects is None:
+        return Kinship.OTHER_MODEL
+    if stored is None:
+        return Kinship.UNKNOWN if is_lifted else Kinship.OTHER_MODEL
+    return Kinship.OTHER_OBJECTS if stored.is_other_list(model.objects) else Kinship.OTHER_MODEL
 
 
 def difference(name: str, text: str, model: BehaviorModel) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from scbm.cases.coverage import Obligations
 from scbm.files import digest_of
 from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import (
@@ -12,6 +13,7 @@ from scbm.store.store_file import (
     make_tables,
     open_for_writing,
     show_as_newest,
+    show_model,
     snapshot,
     store_errors,
     transaction,
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.model import BehaviorModel
-    from scbm.store.store_tables import ModelRow
     from scbm.store.stored_mutants import MutatedSuite, StoredMutant
 
 
@@ -61,12 +62,13 @@ class MutantWriter:
         self.decisions: dict[str, dict[str, StoredMutant]] = {}
         with store_errors(path), understood(path), snapshot(connection):
             if has_tables(connection, path):
-                refuse_another_model(path, next(self._current()), model, digest_of(model))
+                digest = digest_of(model)
+                models = Tables(connection).models()
+                refuse_another_model(path, models, model, digest)
                 show_as_newest(connection)
-                self._read()
-
-    def _current(self) -> Iterator[ModelRow]:
-        return (row for row in Tables(self._connection).models() if row.is_current)
+                show_model(connection, digest, Obligations.of(model))
+                if any(row.digest == digest for row in models):
+                    self._read()
 
     def _read(self) -> None:
         for mutation in MutantTables(self._connection).mutations():
@@ -84,8 +86,8 @@ class MutantWriter:
             tables = MutantTables(self._connection)
             if not self._is_begun:
                 make_tables(self._connection)
-                known = next(self._current(), None)
-                refuse_another_model(self._path, known, self._model, digest_of(self._model))  # others may be faster
-                tables.put_mutation(self._suite, Tables(self._connection).put_model(self._model))
+                models = Tables(self._connection)
+                refuse_another_model(self._path, models.models(), self._model, digest_of(self._model))
+                tables.put_mutation(self._suite, models.put_model(self._model, keeps_current=True))
             tables.put_results(self._suite.key, [result])
         self._is_begun = True

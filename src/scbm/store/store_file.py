@@ -8,11 +8,20 @@ from typing import TYPE_CHECKING
 
 from scbm.files import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.store.store_schema import APPLICATION_ID, creation, newest_version, shown_as_newest, upgrade
+from scbm.store.store_schema import (
+    APPLICATION_ID,
+    creation,
+    has_several_models,
+    newest_version,
+    shown_as_newest,
+    upgrade,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
+
+    from scbm.cases.coverage import Obligations
 
 _PATIENCE_S = 60
 """Timeout of a writer that waits for the lock of another, whose transactions take milliseconds."""
@@ -91,9 +100,37 @@ def make_tables(connection: sqlite3.Connection) -> None:
 
 
 def show_as_newest(connection: sqlite3.Connection) -> None:
-    """Present older tables as the newest ones, for reading only, until the current transaction ends."""
+    """Present older tables as the newest ones, for reading only, until the current transaction ends.
+
+    Of several models in a store the current one is shown, until `show_model` shows another one.
+    """
     for statement in shown_as_newest(_version(connection)):
         connection.execute(statement)
+
+
+def shows_models(connection: sqlite3.Connection) -> bool:
+    """Return whether the tables can have the cases of several models, so that one of them is shown."""
+    return has_several_models(_version(connection))
+
+
+def show_model(connection: sqlite3.Connection, digest: str, obligations: Obligations) -> None:
+    """Present the rows of one model of a store as if it were the only one; to be called after `show_as_newest`.
+
+    Args:
+        connection: the store.
+        digest: the digest of the model; a store without it has no rows then.
+        obligations: its obligations.
+    """
+    if not shows_models(connection):
+        return
+    connection.execute("UPDATE shown SET digest = ?", (digest,))
+    connection.execute("DELETE FROM other_obligation")
+    is_current = connection.execute("SELECT is_current FROM main.model WHERE digest = ?", (digest,)).fetchone()
+    if is_current is None or not is_current[0]:
+        connection.executemany(
+            "INSERT INTO other_obligation (bit, name, counts) VALUES (?, ?, ?)",
+            [(bit, str(obligation), obligation.counts) for bit, obligation in enumerate(obligations)],
+        )
 
 
 def _version(connection: sqlite3.Connection) -> int:

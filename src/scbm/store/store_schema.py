@@ -75,7 +75,8 @@ class StoreTable:
 
 TABLES: dict[str, StoreTable] = {
     "model": StoreTable(
-        "The models on which cases were run: the current one, and earlier ones after combining across edits.",
+        "The models on which cases were run: the current one, those of the same lifted model under other objects, and"
+        " earlier ones after combining across edits.",
         (
             StoreColumn("id", "INTEGER PRIMARY KEY", "the number of the row"),
             StoreColumn("digest", "TEXT NOT NULL UNIQUE", "SHA-256 of `text`"),
@@ -88,6 +89,20 @@ TABLES: dict[str, StoreTable] = {
                 "JSON, if the model file has parameters: a list of section, name, and the entry that the part was"
                 " expanded from; null in rows of older versions",
                 since=8,
+            ),
+            StoreColumn(
+                "objects",
+                "TEXT",
+                "JSON, if the model file has types: the SHA-256 of the lifted model, that of the rows of its tables,"
+                " and the objects of each type; null in rows of older versions",
+                since=9,
+            ),
+            StoreColumn(
+                "obligations_of",
+                "TEXT",
+                "the digest of the model whose obligations the sets of its cases mean: its own, or after combining"
+                " across edits that of the edited model; null in rows of older versions: that of the current model",
+                since=9,
             ),
         ),
     ),
@@ -271,8 +286,10 @@ _VIEWS = (
     # the half of the byte that has the bit, as a hexadecimal digit, as a number, shifted; blobs know no arithmetic
     """CREATE VIEW visit AS
         SELECT test_case.name AS test_case, obligation.name AS obligation
-        FROM test_case JOIN obligation
-        WHERE ((instr(
+        FROM test_case JOIN obligation JOIN model ON model.id = test_case.model
+        WHERE coalesce(obligations_of, (SELECT digest FROM model WHERE is_current))
+            = (SELECT digest FROM model WHERE is_current)
+        AND ((instr(
             '0123456789ABCDEF',
             substr(hex(substr(test_case.visited, obligation.bit / 8 + 1, 1)), 1 + (obligation.bit % 8 < 4), 1)
         ) - 1) >> (obligation.bit % 4)) & 1""",
@@ -290,30 +307,72 @@ def creation() -> list[str]:
     return [*(table.statement(name) for name, table in TABLES.items()), *_VIEWS]
 
 
+_SEVERAL_MODELS = 9
+"""The first version of the tables whose stores have the cases of several models, each with its own obligations."""
+
+_OF_MODEL = (
+    "IN (SELECT id FROM main.model WHERE coalesce(obligations_of, (SELECT digest FROM main.model WHERE is_current))"
+    " = (SELECT digest FROM shown))"
+)
+_SHOWN = {
+    "model": f"WHERE id {_OF_MODEL}",
+    "run": f"WHERE model {_OF_MODEL}",
+    "test_case": f"WHERE model {_OF_MODEL}",
+    "certificate": f"WHERE model {_OF_MODEL}",
+    "mutation": f"WHERE model {_OF_MODEL}",
+    "obligation": (
+        "WHERE (SELECT digest FROM shown) = (SELECT digest FROM main.model WHERE is_current)"
+        " UNION ALL SELECT * FROM other_obligation"
+    ),
+}
+"""The rows of each table that belong to the shown model."""
+
+
+def has_several_models(version: int) -> bool:
+    """Return whether tables of a version can have the cases of several models."""
+    return version >= _SEVERAL_MODELS
+
+
 def upgrade(version: int) -> list[str]:
     """Return the SQL that adds the columns which tables of an older version lack, and the tables that are missing."""
     missing = [table.statement(name) for name, table in TABLES.items() if table.since > version]
-    return missing + [
+    views = [] if has_several_models(version) else ["DROP VIEW IF EXISTS visit", *_VIEWS]
+    added = [
         f"ALTER TABLE {name} ADD COLUMN {column.name} {column.type}"
         + ("" if column.default == "NULL" else f" DEFAULT {column.default}")
         for name, table in TABLES.items()
         for column in table.newer(version)
     ]
+    return missing + added + views
 
 
 def shown_as_newest(version: int) -> list[str]:
     """Return the SQL that shows tables of an older version as the newest ones, to a connection that only reads.
 
-    The names of a connection stand before those of the file.
+    Of a store with several models it shows the rows of one, whose digest is in the temporary table `shown`. The names
+    of a connection stand before those of the file.
     """
     missing = {name: table for name, table in TABLES.items() if table.since > version}
     empty = {name: ", ".join(f"NULL AS {column.name}" for column in table.columns) for name, table in missing.items()}
-    added = {
-        name: "".join(f", {column.default} AS {column.name}" for column in table.newer(version))
-        for name, table in TABLES.items()
-    }
-    return [f"CREATE TEMP VIEW {name} AS SELECT {columns} WHERE 0" for name, columns in empty.items()] + [
-        f"CREATE TEMP VIEW {name} AS SELECT *{more} FROM main.{name}"  # noqa: S608 - our own names
-        for name, more in added.items()
-        if more
-    ]
+    views = [f"CREATE TEMP VIEW {name} AS SELECT {columns} WHERE 0" for name, columns in empty.items()]
+    if has_several_models(version):
+        views += [
+            "CREATE TEMP TABLE shown (digest TEXT)",
+            "INSERT INTO shown SELECT digest FROM main.model WHERE is_current",
+            "CREATE TEMP TABLE other_obligation (bit INTEGER, name TEXT, counts INTEGER)",
+        ]
+    for name, table in TABLES.items():
+        rows = _SHOWN.get(name, "") if has_several_models(version) else ""
+        if name not in missing and (rows or table.newer(version)):
+            views.append(f"CREATE TEMP VIEW {name} AS SELECT {_columns(name, version)} FROM main.{name} {rows}")  # noqa: S608 - our own names
+    return views
+
+
+def _columns(name: str, version: int) -> str:
+    """Return the columns of a view of a table: later ones have their defaults, and the shown model is current."""
+    table = TABLES[name]
+    later = table.newer(version)
+    shown = [f"{column.default} AS {column.name}" if column in later else column.name for column in table.columns]
+    if name == "model" and has_several_models(version):
+        shown[shown.index("is_current")] = "digest = (SELECT digest FROM shown) AS is_current"
+    return ", ".join(shown)

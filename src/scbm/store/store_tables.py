@@ -11,24 +11,21 @@ from datetime import datetime, timedelta
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from scbm.cases.coverage import Coverage, Obligations, Unnamed, bits_of
+from scbm.cases.coverage import (
+    Obligations,
+)
 from scbm.cases.trace import End
 from scbm.files import digest_of, read_model, write_model
-from scbm.model import FIRST_PLANNER, LiftedOrigin, PlannerChoice, PlannerIdentity, Slug
+from scbm.model import FIRST_PLANNER, LiftedOrigin, ObjectLists, PlannerChoice, PlannerIdentity
 from scbm.model.json_reader import convert_json, read_json
 from scbm.store.history import (
     Drawn,
-    History,
     ModelSource,
     Recipe,
-    StoredCase,
     StoredRun,
     Written,
-    label_of,
     unpacked_log,
 )
-from scbm.store.mutant_tables import MutantTables
-from scbm.store.store_file import open_for_reading, problem, understood
 from scbm.store.store_schema import TABLES
 from scbm.store.stored_evidence import (
     StoredCertificate,
@@ -36,13 +33,11 @@ from scbm.store.stored_evidence import (
     read_excuses_text,
     read_waivers_text,
 )
-from scbm.store.stored_mutants import mutations_in_words
 from scbm.testing import Failure, FailureKind, Verdict
 
 if TYPE_CHECKING:
     import sqlite3
     from collections.abc import Iterator
-    from pathlib import Path
 
     from scbm.model import BehaviorModel
 
@@ -79,10 +74,17 @@ class ModelRow:
     text: str
     is_current: bool
     lifted: str | None = None
+    objects: str | None = None
+    obligations_of: str | None = None
 
     def model(self) -> BehaviorModel:
         """Return the model. Raise `InputError`, `ValueError` and others for a text that scbm does not write."""
-        return replace(read_model(self.text, self.name), origins=_origins(self.lifted))
+        return replace(read_model(self.text, self.name), origins=_origins(self.lifted), objects=self.object_lists)
+
+    @property
+    def object_lists(self) -> ObjectLists | None:
+        """The objects of the model file; `None` if it has none, or an older version wrote the row. Raises others."""
+        return None if self.objects is None else _objects(self.objects)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +115,21 @@ class CaseRow:
     forced: int = 0
 
 
+@dataclass(frozen=True, slots=True)
+class VisitTotals:
+    """What the cases of a store visited together.
+
+    Attributes:
+        cases: the number of cases that count.
+        visited: the obligations that they visited, as bits.
+        forced: those of them that they visited only after states were forced, as bits.
+    """
+
+    cases: int
+    visited: int
+    forced: int
+
+
 class Tables:
     """The tables of one store."""
 
@@ -126,12 +143,11 @@ class Tables:
     def models(self) -> tuple[ModelRow, ...]:
         """All models; one of them is the current one. Tables of an older version may not be upgraded yet."""
         columns = {row[1] for row in self._connection.execute("PRAGMA table_info(model)")}
-        lifted = "lifted" if "lifted" in columns else "NULL"
-        query = f"SELECT id, digest, name, text, is_current, {lifted} FROM model ORDER BY id"  # noqa: S608 - our own
-        rows = self._connection.execute(query)
+        later = ", ".join(name if name in columns else "NULL" for name in ("lifted", "objects", "obligations_of"))
+        query = f"SELECT id, digest, name, text, is_current, {later} FROM model ORDER BY id"  # noqa: S608 - our own
         return tuple(
-            ModelRow(id_, digest, name, text, bool(current), None if lifted is None else _text(lifted))
-            for id_, digest, name, text, current, lifted in rows
+            ModelRow(id_, digest, name, text, bool(current), *(None if each is None else _text(each) for each in more))
+            for id_, digest, name, text, current, *more in self._connection.execute(query)
         )
 
     def runs(self) -> tuple[RunRow, ...]:
@@ -230,41 +246,75 @@ class Tables:
         count: int = self._connection.execute("SELECT count(*) FROM obligation").fetchone()[0]
         return count
 
-    def totals(self) -> tuple[int, int]:
-        """How many cases count, and what they visited together, as bits."""
+    def totals(self) -> VisitTotals:
+        """Return how many cases count, and what they visited together."""
         left_out = self.outdated()
-        cases = union = 0
-        rows = self._connection.execute("SELECT visited, count(*) FROM test_case GROUP BY visited")
+        cases = union = freely = 0
+        rows = self._connection.execute("SELECT visited, forced, count(*) FROM test_case GROUP BY visited, forced")
         if left_out:
-            rows = self._connection.execute("SELECT visited, 1, key FROM test_case")
-        for visited, count, *key in rows:
+            rows = self._connection.execute("SELECT visited, forced, 1, key FROM test_case")
+        for visited, forced, count, *key in rows:
             if not key or key[0] not in left_out:
                 cases += count
                 union |= _set(visited)
-        return cases, union
+                freely |= _set(visited) & ~_set(forced or b"")
+        return VisitTotals(cases, union, union & ~freely)
 
     # what is written
 
-    def put_model(self, model: BehaviorModel) -> int:
-        """Adds the current model, and its obligations; gives its id."""
-        self._put_obligations(Obligations.of(model))
-        meaning = replace(model, planner=PlannerChoice(), waivers=())  # each run has its own
-        return self.put_model_text(
-            digest_of(model), model.name, write_model(meaning), is_current=True, lifted=_origins_text(model)
-        )
+    def put_model(self, model: BehaviorModel, *, keeps_current: bool = False) -> int:
+        """Add a model, and make it the current one, with its obligations; return its id.
 
-    def put_model_text(self, digest: str, name: str, text: str, *, is_current: bool, lifted: str | None = None) -> int:
-        """Adds a model by what it says; gives its id."""
-        self._connection.execute(
-            "INSERT INTO model (digest, name, text, is_current, lifted) VALUES (?, ?, ?, ?, ?)"
-            " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current),"
-            " lifted = coalesce(max(lifted, excluded.lifted), lifted, excluded.lifted)",
-            (digest, name, text, is_current, lifted),
+        Args:
+            model: the model.
+            keeps_current: whether another current model stays the current one.
+        """
+        digest, obligations = digest_of(model), Obligations.of(model)
+        current = next((row.digest for row in self.models() if row.is_current), digest)
+        becomes_current = digest == current or not keeps_current
+        if becomes_current:
+            self._leave_current(current, digest)
+            self._put_obligations(obligations)
+        self.use(obligations)
+        meaning = replace(model, planner=PlannerChoice(), waivers=())  # each run has its own
+        row = ModelRow(
+            0, digest, model.name, write_model(meaning), becomes_current, _origins_text(model), _objects_text(model)
         )
-        return self._id("model", "digest", digest)
+        id_ = self.put_model_row(row, digest)
+        if row.objects is not None:  # the file can have changed without the digest: the latest one counts
+            self._connection.execute("UPDATE model SET objects = ? WHERE id = ?", (row.objects, id_))
+        return id_
+
+    def _leave_current(self, current: str, digest: str) -> None:
+        """Keep the cases of the current model as those of another one, if the model with `digest` becomes current."""
+        if current != digest:
+            own = "UPDATE model SET obligations_of = ? WHERE obligations_of IS NULL"
+            self._connection.execute(own, (current,))
+            self._connection.execute("UPDATE model SET is_current = 0")
+            self._connection.execute("DELETE FROM obligation")
+
+    def put_model_row(self, row: ModelRow, obligations_of: str) -> int:
+        """Add a model by its row in another store; return its id.
+
+        Args:
+            row: the row.
+            obligations_of: the digest of the model whose obligations its cases have here.
+        """
+        self._connection.execute(
+            "INSERT INTO model (digest, name, text, is_current, lifted, objects, obligations_of)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?)"
+            " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current),"
+            " lifted = coalesce(max(lifted, excluded.lifted), lifted, excluded.lifted),"
+            " objects = coalesce(max(objects, excluded.objects), objects, excluded.objects)",
+            (row.digest, row.name, row.text, row.is_current, row.lifted, row.objects, obligations_of),
+        )
+        return self._id("model", "digest", row.digest)
+
+    def use(self, obligations: Obligations) -> None:
+        """Write the sets of cases and runs as those of a model with these obligations."""
+        self._width = (len(obligations.all) + 7) // 8
 
     def _put_obligations(self, obligations: Obligations) -> None:
-        self._width = (len(obligations.all) + 7) // 8
         self._connection.executemany(
             "INSERT OR IGNORE INTO obligation (bit, name, counts) VALUES (?, ?, ?)",
             [(bit, str(obligation), obligation.counts) for bit, obligation in enumerate(obligations)],
@@ -429,6 +479,21 @@ def _origins(text: str | None) -> tuple[LiftedOrigin, ...]:
     )
 
 
+def _objects_text(model: BehaviorModel) -> str | None:
+    """Return the objects of a model file as a column has them; `None` for a file without types."""
+    if model.objects is None:
+        return None
+    return json.dumps([model.objects.lifted, model.objects.rows, model.objects.types], ensure_ascii=False)
+
+
+def _objects(text: str) -> ObjectLists:
+    """Return the objects of a model file. Raises `ValueError` and others for other texts."""
+    read = convert_json(
+        read_json(text, _MAX_ORIGINS_CHARACTERS), tuple[str, str, tuple[tuple[str, tuple[str, ...]], ...]]
+    )
+    return ObjectLists(*read)
+
+
 def _text(value: object) -> str:
     """What a column of texts says. Raises `ValueError` if it is none, as after damage."""
     if not isinstance(value, str):
@@ -509,86 +574,6 @@ def _recipe(options: Row, seed: str | None, number: int, text: str | None, path:
     if text is not None:
         return Written(_text(text), _text(path), requirements, limit_ns, real)
     return Drawn(int(seed or ""), _number(number), network, requirements, limit_ns, real, moves_inputs)
-
-
-def read_history(path: Path) -> History:
-    """All that a store holds. Raises `InputError` if it is not a store, is empty, damaged, or newer than this scbm."""
-    with open_for_reading(path) as connection, understood(path):
-        tables = Tables(connection)
-        if all(row.run.is_earlier for row in tables.runs()):
-            found = mutations_in_words(MutantTables(connection).mutations())
-            raise problem(Slug.STORE_EMPTY, path, f"this store has no cases yet, only {found}", ADD_CASES)
-        return replace(history_in(tables), mutations=MutantTables(connection).mutations())
-
-
-def history_in(tables: Tables) -> History:
-    """The same, of tables that are open. Raises `ValueError` and others for rows that scbm does not write."""
-    current = next(row for row in tables.models() if row.is_current)
-    runs = tables.runs()
-    order = {row.id: index for index, row in enumerate(runs)}
-    model = current.model()
-    if not tables.says_obligations_of(Obligations.of(model)):
-        raise ValueError("other obligations than those of the model")
-    left_out = tables.outdated()
-    cases = [
-        StoredCase(
-            row.key, row.name, row.recipe, row.goal, order[row.run], row.position,
-            row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id, row.log, row.forced,
-        )
-        for row in tables.cases()
-        if row.key not in left_out
-    ]  # fmt: skip
-    if any(case.is_over_nodes and runs[case.run].run.nodes is None for case in cases):
-        raise ValueError("a case over nodes of a run that was over none")
-    cases.sort(key=lambda case: (case.run, case.position, case.key))
-    certificates = tuple(certificate for _, certificate in tables.certificates())
-    return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out), certificates)
-
-
-@dataclass(frozen=True, slots=True)
-class StoreTotals:
-    """The figures of a store, in memory that does not grow with its number of cases.
-
-    Attributes:
-        model: the model.
-        runs: the number of runs.
-        cases: the number of cases that count.
-        coverage: what they visited; only the first visitor of each obligation has a name there.
-    """
-
-    model: BehaviorModel
-    runs: int
-    cases: int
-    coverage: Coverage
-
-
-def totals_in(tables: Tables) -> StoreTotals:
-    """Return the figures of open tables. Raise `ValueError` and others for rows that scbm does not write."""
-    current = next(row for row in tables.models() if row.is_current)
-    model = current.model()
-    obligations = Obligations.of(model)
-    if not tables.says_obligations_of(obligations):
-        raise ValueError("other obligations than those of the model")
-    left_out = tables.outdated()
-    rest, cases, union = [0] * len(obligations.all), 0, 0
-    first: list[tuple[bytes, str, int]] = []
-    for key, name, visited in tables.visits():
-        if key in left_out:
-            continue
-        cases += 1
-        if visited & ~union:
-            first.append((key, name, visited))
-            union |= visited
-        else:
-            for bit in bits_of(visited):
-                rest[bit] += 1
-    names = dict.fromkeys((name for _, name, _ in first), 0)
-    for key, name, _ in tables.visits():
-        if name in names and key not in left_out:
-            names[name] += 1
-    named = tuple((label_of(name, key, names[name]), visited) for key, name, visited in first)
-    coverage = Coverage(obligations, named, Unnamed(cases - len(first), tuple(rest)))
-    return StoreTotals(model, len(tables.runs()), cases, coverage)
 
 
 def _planner(value: object) -> str:

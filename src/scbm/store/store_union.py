@@ -1,4 +1,7 @@
-"""Combines stores: the result depends neither on their order nor on repetitions (decision 20)."""
+"""Combines stores: the result depends neither on their order nor on repetitions (decision 20).
+
+Of several models the last one counts, and those of the same lifted model keep their own cases (decision 55).
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,10 @@ from functools import cached_property
 from os.path import realpath
 from typing import TYPE_CHECKING
 
+from scbm.cases.coverage import Obligations
 from scbm.model import Slug
-from scbm.store.model_edits import Dropped, ModelEdit, difference
+from scbm.store.history_reader import StoreTotals, other_models, read_history, totals_in
+from scbm.store.model_edits import Dropped, Kinship, ModelEdit, difference, kinship
 from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import (
     make_tables,
@@ -18,14 +23,18 @@ from scbm.store.store_file import (
     overwrite,
     problem,
     replace_store,
+    show_as_newest,
+    show_model,
+    shows_models,
+    snapshot,
     store_errors,
     transaction,
     understood,
 )
-from scbm.store.store_tables import ModelRow, StoreTotals, Tables, read_history, totals_in
+from scbm.store.store_tables import ModelRow, Tables
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from scbm.model import BehaviorModel
@@ -40,16 +49,43 @@ class Combined:
         path: the new store.
         totals: its figures.
         dropped: for each store of an earlier version of the model, what its cases visited and does not count any more.
+        apart: the stores of the same lifted model under other objects.
     """
 
     path: Path
     totals: StoreTotals
     dropped: tuple[tuple[Path, tuple[Dropped, ...]], ...]
+    apart: tuple[Path, ...] = ()
 
     @cached_property
     def history(self) -> History:
         """What the new store holds, all of it in memory."""
         return read_history(self.path)
+
+
+@dataclass(frozen=True, slots=True)
+class _OpenStore:
+    """A store to unite, as it was opened.
+
+    Attributes:
+        path: its file.
+        connection: shows its rows; of several models those of one.
+        current: its current model.
+    """
+
+    path: Path
+    connection: sqlite3.Connection
+    current: ModelRow
+
+    def parts(self) -> Iterator[ModelRow]:
+        """Yield the models with cases of their own, the current one first; each is shown as it is yielded."""
+        yield self.current
+        if not shows_models(self.connection):
+            return
+        for row in other_models(self.connection, self.current.digest):
+            show_model(self.connection, row.digest, Obligations.of(row.model()))
+            yield row
+        show_model(self.connection, self.current.digest, Obligations.of(self.current.model()))
 
 
 def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = False) -> Combined:
@@ -69,29 +105,28 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
             if (place := realpath(path)) not in opened:
                 is_exclusive = place == realpath(target)
                 opened[place] = stack.enter_context(open_for_reading(path, is_exclusive=is_exclusive))
-        stores = [(path, Tables(opened[realpath(path)])) for path in paths]
-        models = [_current(path, tables) for path, tables in stores]
-        model = models[-1].model()
+        stores = [
+            _OpenStore(path, opened[realpath(path)], _current(path, Tables(opened[realpath(path)]))) for path in paths
+        ]
+        model = stores[-1].current.model()
         if not across_edits:
-            _refuse_other_models(paths, models, model)
+            _refuse_other_models(stores, model)
         with closing(sqlite3.connect("", isolation_level=None)) as united:  # a file of SQLite's own, gone when closed
             make_tables(united)
-            union = Tables(united)
+            union = _Union(united, model, stores[-1].current.digest, is_across=across_edits)
             with transaction(united):
-                id_ = union.put_model(model)
-                edits = [None if row.digest == models[-1].digest else _edit(row, model) for row in models]
-                dropped = [_add(union, *store, edit) for store, edit in zip(stores, edits, strict=True)]
-                alike = (path for path, edit in zip(paths, edits, strict=True) if edit is None)
-                for path in alike:
-                    _add_mutations(MutantTables(united), path, MutantTables(opened[realpath(path)]), id_)
-            totals = totals_in(union)
+                Tables(united).put_model(model)
+                for each in stores:
+                    union.add(each)
+            with snapshot(united):
+                show_as_newest(united)
+                totals = totals_in(united)
             own = opened.get(realpath(target))
             if own is None:
                 replace_store(united, target)
             else:
                 overwrite(united, own, target)
-    lost = zip(paths, edits, dropped, strict=True)
-    return Combined(target, totals, tuple((path, dropped) for path, edit, dropped in lost if edit is not None))
+    return Combined(target, totals, tuple(union.dropped), tuple(union.apart))
 
 
 def _current(path: Path, tables: Tables) -> ModelRow:
@@ -99,40 +134,96 @@ def _current(path: Path, tables: Tables) -> ModelRow:
         return next(row for row in tables.models() if row.is_current)
 
 
-def _edit(before: ModelRow, after: BehaviorModel) -> ModelEdit:
-    return ModelEdit(before.model(), after)
+def _refuse_other_models(stores: Sequence[_OpenStore], model: BehaviorModel) -> None:
+    last = stores[-1]
+    for store in stores:
+        row = store.current
+        relation = kinship(row.name, row.object_lists, model, is_lifted=row.lifted is not None)
+        if row.digest == last.current.digest or relation is Kinship.OTHER_OBJECTS:
+            continue
+        message = f"this store is of another model than {last.path}: {difference(row.name, row.text, model)}"
+        if relation is Kinship.UNKNOWN:
+            message += "; it does not say whether only the objects differ, as an older scbm wrote it"
+        remedy = f"with --across-edits, what is unchanged goes over to the model of {last.path}"
+        raise problem(Slug.STORE_OTHER_MODEL, store.path, message, remedy)
 
 
-def _refuse_other_models(paths: Sequence[Path], models: Sequence[ModelRow], model: BehaviorModel) -> None:
-    for path, row in zip(paths, models, strict=True):
-        if row.digest != models[-1].digest:
-            how = difference(row.name, row.text, model)
-            message = f"this store is of another model than {paths[-1]}: {how}"
-            remedy = f"with --across-edits, what is unchanged goes over to the model of {paths[-1]}"
-            raise problem(Slug.STORE_OTHER_MODEL, path, message, remedy)
+class _Union:
+    """The union of stores while it is made.
+
+    Attributes:
+        dropped: as in `Combined`.
+        apart: as in `Combined`.
+    """
+
+    def __init__(self, united: sqlite3.Connection, model: BehaviorModel, digest: str, *, is_across: bool) -> None:
+        self.dropped: list[tuple[Path, tuple[Dropped, ...]]] = []
+        self.apart: list[Path] = []
+        self._united = united
+        self._model = model
+        self._digest = digest
+        self._is_across = is_across
+
+    def add(self, store: _OpenStore) -> None:
+        """Add all rows of a store whose model is the same lifted model, and of its current model."""
+        with store_errors(store.path), understood(store.path):
+            for row in store.parts():
+                self._add_part(store, row)
+
+    def _add_part(self, store: _OpenStore, row: ModelRow) -> None:
+        """Add the rows of one model of a store, which is shown."""
+        if row.digest == self._digest:
+            self._copy(store, row, None)
+        elif row is store.current and self._is_across:
+            edit = ModelEdit(row.model(), self._model)
+            self.dropped.append((store.path, self._copy(store, row, edit)))
+        elif self._is_same_lifted(row):
+            self._copy(store, row, None)
+            self.apart += [store.path] if row is store.current else []
+
+    def _is_same_lifted(self, row: ModelRow) -> bool:
+        own, other = self._model.objects, row.object_lists
+        return own is not None and other is not None and own.lifted == other.lifted
+
+    def _copy(self, store: _OpenStore, row: ModelRow, edit: ModelEdit | None) -> tuple[Dropped, ...]:
+        """Add the shown rows of a store; return what is lost of them.
+
+        Args:
+            store: the store.
+            row: the shown model.
+            edit: the edit that leads to the model that counts; `None` if the cases keep their own obligations.
+        """
+        owner = self._digest if edit is not None else row.digest
+        tables, union = Tables(store.connection), Tables(self._united)
+        union.use(Obligations.of(self._model if edit is not None else row.model()))
+        models = {}
+        for each in tables.models():
+            self._refuse_two_owners(store, each, owner)
+            is_current = each.digest == self._digest
+            models[each.id] = union.put_model_row(replace(each, is_current=is_current), owner)
+        dropped = _add_runs(union, tables, models, edit)
+        if edit is None:
+            _add_mutations(MutantTables(self._united), MutantTables(store.connection), models[row.id])
+        return dropped
+
+    def _refuse_two_owners(self, store: _OpenStore, row: ModelRow, owner: str) -> None:
+        """Raise `InputError` if cases of one model count for it in one store, and for an edited one in another."""
+        known = self._united.execute("SELECT obligations_of FROM model WHERE digest = ?", (row.digest,)).fetchone()
+        if known is not None and known[0] != owner:
+            message = "cases of one model count for themselves in one of these stores, and across edits in another one"
+            remedy = "combine them with --across-edits"
+            raise problem(Slug.STORE_OTHER_MODEL, store.path, message, remedy)
 
 
-def _add(union: Tables, path: Path, tables: Tables, edit: ModelEdit | None) -> tuple[Dropped, ...]:
-    """Adds all rows of a store; gives what is lost of it."""
-    with store_errors(path), understood(path):
-        return _added(union, tables, edit)
+def _add_mutations(union: MutantTables, tables: MutantTables, model: int) -> None:
+    """Add the results of mutants of a model; its row in the union has the id `model`."""
+    for mutation in tables.mutations():
+        union.put_mutation(mutation.suite, model)
+        union.put_results(mutation.suite.key, mutation.results)
 
 
-def _add_mutations(union: MutantTables, path: Path, tables: MutantTables, model: int) -> None:
-    """Adds the results of mutants of a store that has the model of the union."""
-    with store_errors(path), understood(path):
-        for mutation in tables.mutations():
-            union.put_mutation(mutation.suite, model)
-            union.put_results(mutation.suite.key, mutation.results)
-
-
-def _added(union: Tables, tables: Tables, edit: ModelEdit | None) -> tuple[Dropped, ...]:
-    models = {
-        row.id: union.put_model_text(
-            row.digest, row.name, row.text, is_current=row.is_current and edit is None, lifted=row.lifted
-        )
-        for row in tables.models()
-    }
+def _add_runs(union: Tables, tables: Tables, models: dict[int, int], edit: ModelEdit | None) -> tuple[Dropped, ...]:
+    """Add runs, certificates and cases; return what their visits lose by an edit."""
     runs = {}
     for row in tables.runs():
         run = row.run if edit is None else replace(row.run, visited=edit.mapped(row.run.visited))

@@ -7,18 +7,19 @@ from __future__ import annotations
 
 import shlex
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
-from scbm.cases.coverage import Obligations
+from scbm.cases.coverage import Coverage, LiftedStatuses, Obligations, Statuses
 from scbm.cases.trace import End
 from scbm.files import digest_of
 from scbm.model import Slug
 from scbm.planning import planner_of_random_runs
 from scbm.store.history import MAX_LOG_BYTES, ModelSource, StoredRun, key_of, packed_log, sayable
-from scbm.store.model_edits import difference
+from scbm.store.history_reader import NO_OTHERS, visits_under_other_objects
+from scbm.store.model_edits import Kinship, difference, kinship
 from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import (
     has_tables,
@@ -26,12 +27,13 @@ from scbm.store.store_file import (
     open_for_writing,
     problem,
     show_as_newest,
+    show_model,
     snapshot,
     store_errors,
     transaction,
     understood,
 )
-from scbm.store.store_tables import CaseRow, Tables, time_text
+from scbm.store.store_tables import CaseRow, Tables, VisitTotals, time_text
 from scbm.store.stored_mutants import basis_of, find_evidence
 from scbm.testing.mutants import NO_MUTANTS, AssertionEvidence
 
@@ -126,12 +128,19 @@ class StoreWriter:
         self.later_start = newest if newest is not None and newest > max(run.started, time_now()) else None
 
     def _last_finished(self) -> StoredRun | None:
-        """The last finished run. Raises `InputError` if the store is of another model."""
-        known = next(row for row in self._tables.models() if row.is_current)
-        refuse_another_model(self._path, known, self._model, self._digest)
-        show_as_newest(self._connection)
+        """The last finished run of the model. Raises `InputError` if the store is of another model."""
+        refuse_another_model(self._path, self._tables.models(), self._model, self._digest)
+        if not self._shows_own_model():
+            return None
         runs = [row.run for row in self._tables.runs() if row.run.is_finished and row.run.id != self._run.id]
         return runs[-1] if runs else None
+
+    def _shows_own_model(self) -> bool:
+        """Present the rows of the model alone, to be called in a snapshot; return whether the store has the model."""
+        is_known = any(row.digest == self._digest for row in self._tables.models())
+        show_as_newest(self._connection)
+        show_model(self._connection, self._digest, self._obligations)
+        return is_known
 
     def keep_certificates(self, certificates: Sequence[StoredCertificate]) -> None:
         """Add certificates of the model with the first case of the run."""
@@ -193,8 +202,7 @@ class StoreWriter:
     def _begun(self, planner: PlannerIdentity) -> tuple[int, int]:
         """The ids of the model and of the run, which are there then. To be called in a transaction."""
         make_tables(self._connection)
-        known = next((row for row in self._tables.models() if row.is_current), None)
-        refuse_another_model(self._path, known, self._model, self._digest)  # another process may be faster
+        refuse_another_model(self._path, self._tables.models(), self._model, self._digest)  # others may be faster
         model = self._tables.put_model(self._model)
         for certificate in self._certificates:
             self._tables.put_certificate(certificate, model)
@@ -215,30 +223,58 @@ class StoreWriter:
         if self._keys is None:
             return AssertionEvidence(None, NO_MUTANTS)
         with store_errors(self._path), understood(self._path), snapshot(self._connection):
-            show_as_newest(self._connection)
+            self._shows_own_model()
             mutations = MutantTables(self._connection).mutations()
         return find_evidence(mutations, self._keys, self._obligations, self._visited, basis_of(self._model))
 
-    def totals(self) -> tuple[int, Figure]:
-        """How many cases the store has, and the figure of all of them together, those of others that write included."""
+    def totals(self) -> StoreFigures:
+        """Return the figures of all cases of the store together, those of others that write included."""
         with store_errors(self._path), understood(self._path), snapshot(self._connection):
-            cases, visited = 0, 0
+            totals, others = VisitTotals(0, 0, 0), NO_OTHERS
             if has_tables(self._connection, self._path):
-                show_as_newest(self._connection)
-                cases, visited = self._tables.totals()
-        return cases, self._obligations.figure(visited)
+                if self._shows_own_model():
+                    totals = self._tables.totals()
+                others = visits_under_other_objects(self._connection, self._model)
+        coverage = Coverage(self._obligations, (("", totals.visited),))
+        lifted = LiftedStatuses.of(self._model, Statuses.of(coverage, forced=totals.forced), others)
+        return StoreFigures(totals.cases, coverage.figure, lifted)
 
 
-def refuse_another_model(path: Path, known: ModelRow | None, model: BehaviorModel, digest: str) -> None:
-    """Raise `InputError` if a store is of another model.
+@dataclass(frozen=True, slots=True)
+class StoreFigures:
+    """The figures of all cases of a store.
+
+    Attributes:
+        cases: the number of cases of the model.
+        figure: SCBM-IAS of them together.
+        lifted: the statuses of lifted obligations, as visits alone decide them; `None` for a model without parameters.
+    """
+
+    cases: int
+    figure: Figure
+    lifted: LiftedStatuses | None
+
+
+def refuse_another_model(path: Path, rows: Sequence[ModelRow], model: BehaviorModel, digest: str) -> None:
+    """Raise `InputError` if a store is of another model, unless that is the same lifted model under other objects.
 
     Args:
         path: the store.
-        known: its model; `None` if it has none yet.
+        rows: its models; none if it is empty.
         model: the model.
         digest: the digest of the model.
     """
-    if known is not None and known.digest != digest:
-        message = f"this store is of another model than this one: {difference(known.name, known.text, model)}"
-        remedy = "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` takes over what is unchanged"
-        raise problem(Slug.STORE_OTHER_MODEL, path, message, remedy)
+    current = next((row for row in rows if row.is_current), None)
+    if current is None or current.digest == digest:
+        return
+    own = next((row for row in rows if row.digest == digest), None)
+    relation = kinship(current.name, current.object_lists, model, is_lifted=current.lifted is not None)
+    if own is None and relation is Kinship.OTHER_OBJECTS:
+        return
+    if own is not None and own.obligations_of == digest:  # it was added under its own objects before
+        return
+    message = f"this store is of another model than this one: {difference(current.name, current.text, model)}"
+    if relation is Kinship.UNKNOWN:
+        message += "; it does not say whether only the objects differ, as an older scbm wrote it"
+    remedy = "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` takes over what is unchanged"
+    raise problem(Slug.STORE_OTHER_MODEL, path, message, remedy)

@@ -178,7 +178,7 @@ def campaign_json(
         "passed": not campaign.failed_count,
         "coverage": coverage_json(campaign.coverage),
         "statuses": statuses_json(decided),
-        **lifted_json(campaign.model, decided),
+        **lifted_json(LiftedStatuses.of(campaign.model, decided)),
         "simulated_seconds": campaign.simulated_ns / 1e9,
         "findings": [_finding(*pair) for pair in zip(findings, commands, strict=True)],
         **real,
@@ -247,9 +247,8 @@ def waiver_json(waiver: Waiver) -> dict[str, Any]:
     }
 
 
-def lifted_json(model: BehaviorModel, statuses: Statuses) -> dict[str, Any]:
-    """Return the key `lifted` with the statuses of lifted obligations; nothing for a model without parameters."""
-    lifted = LiftedStatuses.of(model, statuses)
+def lifted_json(lifted: LiftedStatuses | None) -> dict[str, Any]:
+    """Return the key `lifted` with the statuses of lifted obligations; nothing for `None`."""
     if lifted is None:
         return {}
     figure, coverable = lifted.figure, lifted.coverable
@@ -265,9 +264,15 @@ def lifted_json(model: BehaviorModel, statuses: Statuses) -> dict[str, Any]:
                     "status": entry.decision.value,
                     "instances": len(entry.decisions),
                     "missed": entry.missed,
+                    "visited_elsewhere": bool(entry.elsewhere),
                 }
                 for entry in lifted.entries
                 if entry.is_lifted
+            ],
+            "alone": _figure(lifted.alone.figure) | {"percent": lifted.alone.figure.percent},
+            "united_with": [
+                {"objects": {name: list(objects) for name, objects in each.objects.types}, "cases": each.cases}
+                for each in lifted.others
             ],
         }
     }

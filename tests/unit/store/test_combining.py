@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 
 from scbm.model import InputError, Slug
 from scbm.store import Recipe, combine_stores, read_history, store_file, write_store
-from scbm.store.store_tables import StoreTotals, Tables, totals_in
+from scbm.store.history_reader import StoreTotals, totals_in
 from scbm.testing import CaseResult, coverage_json
 from support.stores import a_run, cell, results, store
 from support.wording import Wording
@@ -170,10 +171,10 @@ def test_nobody_adds_to_a_store_while_it_is_read_to_be_replaced(
     monkeypatch.setattr(store_file, "_PATIENCE_S", 0)
     one, two = _stores(tmp_path, 1, 2)
 
-    def added_to_meanwhile(tables: Tables) -> StoreTotals:
+    def added_to_meanwhile(connection: sqlite3.Connection) -> StoreTotals:
         with pytest.raises(InputError):
             store(two, 3, results(3, 1))
-        return totals_in(tables)
+        return totals_in(connection)
 
     monkeypatch.setattr("scbm.store.store_union.totals_in", added_to_meanwhile)
     combine_stores([one, two, two], two)

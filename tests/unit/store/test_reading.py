@@ -58,7 +58,7 @@ def test_the_database_of_someone_else(path: Path) -> None:
 
 def test_a_newer_store(path: Path, wording: Wording) -> None:
     with sqlite3.connect(path) as newer:
-        newer.execute("PRAGMA user_version = 9")
+        newer.execute("PRAGMA user_version = 10")
     newer.close()
     slug, message = _complaint(path)
     assert slug is Slug.STORE_NEWER

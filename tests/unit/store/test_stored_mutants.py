@@ -181,7 +181,9 @@ def test_a_store_of_version_6_has_none(path: Path) -> None:
     with sqlite3.connect(path) as connection:
         for table in ("mutation", "mutant"):
             connection.execute(f"DROP TABLE {table}")
-        connection.execute("ALTER TABLE model DROP COLUMN lifted")
+        connection.execute("DROP VIEW visit")
+        for column in ("lifted", "objects", "obligations_of"):
+            connection.execute(f"ALTER TABLE model DROP COLUMN {column}")
         connection.execute("PRAGMA user_version = 6")
     connection.close()
     assert read_history(path) == before

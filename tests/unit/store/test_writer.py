@@ -72,7 +72,8 @@ def test_a_second_run_adds_to_the_first_and_knows_it(path: Path) -> None:
         assert (before.id, before.cases) == (a_run(1, model).id, 4)
         for position, (recipe, result) in enumerate(results(2, 3), start=1):
             writer.add(position, recipe, result)
-        assert writer.totals() == (7, read_history(path).coverage.figure)
+        totals = writer.totals()
+        assert (totals.cases, totals.figure) == (7, read_history(path).coverage.figure)
     history = read_history(path)
     assert [(run.cases, run.command) for run in history.runs] == [(4, "scbm test 1"), (3, "scbm test 2")]
     assert [case.run for case in history.cases] == [0, 0, 0, 0, 1, 1, 1]
@@ -251,7 +252,7 @@ def test_a_run_without_cases_leaves_no_run(path: Path) -> None:
     store(path, 1, results(1, 2))
     before = read_history(path)
     with write_store(path, cell(), a_run(2, cell())) as writer:
-        assert writer.totals()[0] == 2
+        assert writer.totals().cases == 2
     assert read_history(path) == before
 
 
@@ -283,7 +284,8 @@ def test_of_a_case_file_that_was_edited_the_last_version_counts(path: Path) -> N
     assert [(case.recipe, case.visited) for case in history.cases] == [(Written("case: a # mended", "a.yaml"), 1)]
     assert history.outdated == 1
     with write_store(path, cell(), a_run(3, cell())) as writer:
-        assert writer.totals() == (1, history.coverage.figure)
+        totals = writer.totals()
+        assert (totals.cases, totals.figure) == (1, history.coverage.figure)
     store(path, 4, [_written("case: a # broken", "a.yaml", 2)])
     assert [case.visited for case in read_history(path).cases] == [2]
 
@@ -360,7 +362,7 @@ def test_a_case_that_was_lost_is_not_added_and_its_run_is_not_finished(path: Pat
         for position, (recipe, result) in enumerate([first, (second[0], lost), third], start=1):
             writer.add(position, recipe, result)
         assert writer.lost == 1
-        assert writer.totals()[0] == 2
+        assert writer.totals().cases == 2
     history = read_history(path)
     assert [case.recipe for case in history.cases] == [first[0], third[0]]
     (run,) = history.runs
@@ -372,4 +374,4 @@ def test_a_run_of_nothing_but_lost_cases_makes_no_store_of_cases(path: Path) -> 
     lost = Tester(cell()).lost(result.case, "the controller was lost").result
     with write_store(path, cell(), a_run(1, cell())) as writer:
         writer.add(1, recipe, lost)
-        assert writer.totals()[0] == 0
+        assert writer.totals().cases == 0

@@ -4,7 +4,13 @@ This package reads traces and counts; it runs nothing and prints nothing.
 """
 
 from scbm.cases.coverage.instance_folds import InstanceFolds
-from scbm.cases.coverage.lifted_statuses import LiftedStatus, LiftedStatuses, first_missed, instances_of
+from scbm.cases.coverage.lifted_statuses import (
+    LiftedStatus,
+    LiftedStatuses,
+    ObjectListVisits,
+    first_missed,
+    instances_of,
+)
 from scbm.cases.coverage.obligations import (
     ASSERTED,
     COVERABLE,
@@ -54,6 +60,7 @@ __all__ = [
     "InstanceFolds",
     "LiftedStatus",
     "LiftedStatuses",
+    "ObjectListVisits",
     "Obligation",
     "ObligationStatus",
     "Obligations",

@@ -1,19 +1,18 @@
-"""The statuses of lifted obligations: the statuses of all instances of an entry with parameters (semantics 8.6)."""
+"""The statuses of lifted obligations: those of all instances of an entry with parameters (semantics 8.6 and 8.7)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage.obligations import Aspect, Figure, Obligation
+from scbm.cases.coverage.obligations import Aspect, Figure, Obligation, Obligations
 from scbm.cases.coverage.statuses import Decision, count_statuses, coverable_figure
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from scbm.cases.coverage.obligations import Obligations
     from scbm.cases.coverage.statuses import Statuses
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, ObjectLists
 
 _ORDER = (Decision.UNDECIDED, Decision.FORCED, Decision.WAIVED, Decision.EXCLUDED, Decision.UNCOVERABLE)
 """The statuses of instances that are not covered; the first that any instance has is that of the lifted obligation."""
@@ -32,6 +31,53 @@ def first_missed(decisions: Iterable[Decision]) -> Decision:
 
 
 @dataclass(frozen=True, slots=True)
+class ObjectListVisits:
+    """The visits of runs of the same lifted model under other objects (semantics 8.7).
+
+    Attributes:
+        objects: the objects of these runs.
+        cases: the number of their cases.
+        visited: the lifted obligations of which they visited an instance, each with whether its entry has parameters.
+        forced: those of them that they visited only after a state was forced.
+    """
+
+    objects: ObjectLists
+    cases: int
+    visited: frozenset[tuple[Obligation, bool]]
+    forced: frozenset[tuple[Obligation, bool]] = frozenset()
+
+    @staticmethod
+    def of(model: BehaviorModel, cases: int, visited: int, forced: int) -> ObjectListVisits:
+        """Return the visits of cases of a model. Raise `ValueError` for a model without objects.
+
+        Args:
+            model: the model with its own objects.
+            cases: the number of the cases.
+            visited: the ground obligations that they visit, as bits.
+            forced: those of them that only forced states visit, as bits.
+        """
+        if model.objects is None:
+            raise ValueError(f"the model `{model.name}` has no objects")
+        obligations = Obligations.of(model)
+        origins = {(origin.section, origin.name): origin.lifted for origin in model.origins}
+        keys = [(obligations.bit(each), lifted_obligation(each, origins)) for each in obligations]
+        free = frozenset(key for bit, key in keys if visited & ~forced & bit)
+        return ObjectListVisits(
+            model.objects,
+            cases,
+            frozenset(key for bit, key in keys if visited & bit),
+            frozenset(key for bit, key in keys if forced & bit) - free,
+        )
+
+    def decision(self, obligation: Obligation, *, is_lifted: bool) -> Decision | None:
+        """Return the status of the visited instances of a lifted obligation; `None` if no instance was visited."""
+        key = (obligation, is_lifted)
+        if key not in self.visited:
+            return None
+        return Decision.FORCED if key in self.forced else Decision.COVERED
+
+
+@dataclass(frozen=True, slots=True)
 class LiftedStatus:
     """The status of one lifted obligation.
 
@@ -39,16 +85,24 @@ class LiftedStatus:
         obligation: the obligation; its subject is the name of the lifted entry.
         is_lifted: whether the entry has parameters; other entries are listed with their one instance.
         decisions: the statuses of the instances, in the order of the model.
+        elsewhere: the statuses of visited instances under other objects, one for each model that has any.
     """
 
     obligation: Obligation
     is_lifted: bool
     decisions: tuple[Decision, ...]
+    elsewhere: tuple[Decision, ...] = ()
 
     @property
     def decision(self) -> Decision:
         """The status: covered if any instance is, uncoverable if all are."""
-        return folded_decision(self.decisions)
+        return folded_decision((*self.decisions, *self.elsewhere))
+
+    @property
+    def is_visited(self) -> bool:
+        """Whether any instance was visited, by a forced state or without."""
+        found = (*self.decisions, *self.elsewhere)
+        return any(decision in (Decision.COVERED, Decision.FORCED) for decision in found)
 
     @property
     def missed(self) -> int:
@@ -58,13 +112,27 @@ class LiftedStatus:
 
 @dataclass(frozen=True, slots=True)
 class LiftedStatuses:
-    """The statuses of the lifted obligations of a model, *queued* included, in the order of the model."""
+    """The statuses of the lifted obligations of a model.
+
+    Attributes:
+        entries: one for each obligation, *queued* included, in the order of the model.
+        objects: the objects of the model; `None` if its file has no types, or is not known.
+        others: the visits under other objects that are united with those of the model.
+    """
 
     entries: tuple[LiftedStatus, ...]
+    objects: ObjectLists | None = None
+    others: tuple[ObjectListVisits, ...] = ()
 
     @staticmethod
-    def of(model: BehaviorModel, statuses: Statuses) -> LiftedStatuses | None:
-        """Return the statuses of a model with parameters; `None` for a model without."""
+    def of(model: BehaviorModel, statuses: Statuses, others: Iterable[ObjectListVisits] = ()) -> LiftedStatuses | None:
+        """Return the statuses of a model with parameters; `None` for a model without.
+
+        Args:
+            model: the model.
+            statuses: the statuses of its ground obligations.
+            others: the visits of runs of the same lifted model under other objects.
+        """
         if not any(origin.section != "goals" for origin in model.origins):
             return None
         origins = {(origin.section, origin.name): origin.lifted for origin in model.origins}
@@ -72,14 +140,22 @@ class LiftedStatuses:
         for entry in statuses.entries:
             key = lifted_obligation(entry.obligation, origins)
             decisions.setdefault(key, []).append(entry.decision)
-        return LiftedStatuses(tuple(LiftedStatus(*key, tuple(found)) for key, found in decisions.items()))
+        joined = tuple(others)
+        entries = (
+            LiftedStatus(*key, tuple(found), tuple(_elsewhere(*key, joined))) for key, found in decisions.items()
+        )
+        return LiftedStatuses(tuple(entries), model.objects, joined)
 
     @property
     def figure(self) -> Figure:
         """The lifted figure: visited of all lifted obligations, without *queued*."""
-        counted = [entry.decision for entry in self.entries if entry.obligation.counts]
-        visited = sum(decision in (Decision.COVERED, Decision.FORCED) for decision in counted)
-        return Figure(visited, len(counted))
+        counted = [entry for entry in self.entries if entry.obligation.counts]
+        return Figure(sum(entry.is_visited for entry in counted), len(counted))
+
+    @property
+    def alone(self) -> LiftedStatuses:
+        """The statuses without the visits under other objects."""
+        return LiftedStatuses(tuple(replace(entry, elsewhere=()) for entry in self.entries), self.objects)
 
     @property
     def counts(self) -> dict[Decision, int]:
@@ -90,6 +166,11 @@ class LiftedStatuses:
     def coverable(self) -> Figure:
         """The figure of what can be covered, of lifted obligations."""
         return coverable_figure(self.counts)
+
+
+def _elsewhere(obligation: Obligation, is_lifted: bool, others: Iterable[ObjectListVisits]) -> Iterator[Decision]:  # noqa: FBT001 - a pair
+    found = (each.decision(obligation, is_lifted=is_lifted) for each in others)
+    return (decision for decision in found if decision is not None)
 
 
 def instances_of(text: str, model: BehaviorModel, obligations: Obligations) -> Iterator[Obligation]:

@@ -10,26 +10,27 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from scbm.cases.trace import End
-from scbm.cli.output.terminal import errors
+from scbm.cli.output.terminal import errors, report_columns
 from scbm.closing.certificate_files import MAX_BYTES
 from scbm.closing.proved_statuses import claims_of
 from scbm.files import read_file
 from scbm.model import InputError
 from scbm.reports import counted
-from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run
+from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
 from scbm.store import StoredCertificate, begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
+from scbm.testing.campaign import lifted_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
     from scbm.cases import Case, Network
-    from scbm.cases.coverage import Coverage, Figure
+    from scbm.cases.coverage import Coverage
     from scbm.closing.certificate_files import CheckedCertificate
     from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel
     from scbm.nodes.log.event_log import EventLog
-    from scbm.store import Recipe, StoreWriter
+    from scbm.store import Recipe, StoreFigures, StoreWriter
     from scbm.testing import CaseResult, WrittenCase
     from scbm.testing.mutants import AssertionEvidence
 
@@ -100,7 +101,7 @@ class Keeper:
         self._writer = writer
         self._path = path
         self._model = model
-        self._totals: tuple[int, Figure] | None = None
+        self._totals: StoreFigures | None = None
 
     def keep(
         self,
@@ -153,15 +154,19 @@ class Keeper:
     def since(self, coverage: Coverage) -> Since:
         """Return the changes since the last run, and the figure of the whole store."""
         before = self._writer.before
-        line = since_last_run(coverage.obligations, before, coverage.visited)
+        lifted = None if self._totals is None else self._totals.lifted
+        is_united = lifted is not None and bool(lifted.others)
+        line = since_last_run(coverage.obligations, before, coverage.visited, is_united=is_united)
         if not self.is_whole or self._totals is None:
             return Since((Text(), line), {"file": str(self._path), "is_whole": False}, is_whole=False)
-        cases, figure = self._totals
+        cases, figure = self._totals.cases, self._totals.figure
         lost = self._writer.lost
         unfinished = [Text(f"{counted(lost, 'lost case')}: not in {self._path}", style="yellow")] if lost else []
         later = self._writer.later_start
         clock = [] if later is None else [clock_warning(later, str(self._path))]
-        lines = (Text(), line, in_all(cases, figure, str(self._path)), *unfinished, *clock)
+        in_store = in_all(cases, figure, str(self._path))
+        united = united_lines(lifted, report_columns())
+        lines = (Text(), line, in_store, *united, *unfinished, *clock)
         visited = 0 if before is None else before.visited
         names = coverage.obligations.names
         data = {
@@ -172,10 +177,11 @@ class Keeper:
             "percent": figure.percent,
             "is_first_run": before is None,
             "later_start": later,
+            **lifted_json(lifted),
             "gained": list(names(coverage.visited & ~visited)),
             "lost": list(names(visited & ~coverage.visited)),
         }
-        return Since(lines, data, is_whole=True)
+        return Since(lines, data, is_whole=True, is_united=is_united)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,8 +190,10 @@ class Since:
 
     Attributes:
         is_whole: whether all of the run was added.
+        is_united: whether the store has cases of the same lifted model under other objects.
     """
 
     lines: tuple[Text, ...]
     as_json: dict[str, Any]
     is_whole: bool
+    is_united: bool = False

@@ -194,7 +194,7 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
         early = {"ended_early": done.words} if done.words else {}
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
         decided = {} if statuses is None else {"statuses": statuses_json(statuses)}
-        decided |= {} if statuses is None else lifted_json(campaign.model, statuses)
+        decided |= {} if statuses is None else lifted_json(LiftedStatuses.of(campaign.model, statuses))
         asserted = {} if evidence is None else {"asserted": asserted_json(evidence)}
         dry_parts = _dry_json(campaign.summary, output.dry)
         write_json(report | decided | asserted | dry_parts | stored | early | dict(output.recorded))
@@ -211,8 +211,8 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
         return 2
     coverable = None if statuses is None else statuses.coverable
     lifted = LiftedStatuses.of(campaign.model, statuses or Statuses.of(campaign.coverage, forced=campaign.forced))
-    folded = None if lifted is None else lifted.figure
-    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence, folded)
+    apart_from = output.store if since is not None and since.is_united else None
+    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence, lifted, apart_from)
     if asks_for_asserted(output.thresholds) and (evidence is None or evidence.found is None):
         errors().line(f"  {_mutate_command(suite, output)}")
     return 0 if is_met and not campaign.failed_count else 1

@@ -16,13 +16,15 @@ from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
 from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.reports.figure_table import shown_path
+from scbm.reports.status_lines import united_in_words
 from scbm.testing.batches.campaign_runs import InProcess
 from scbm.testing.mutants.asserted_obligations import NO_MUTANTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.cases.coverage import Coverage, Figure
+    from scbm.cases.coverage import Coverage, Figure, LiftedStatuses
     from scbm.testing.batches.campaign_runs import Executor
     from scbm.testing.mutants import AssertionEvidence
 
@@ -85,7 +87,8 @@ def meets_thresholds(
     thresholds: Sequence[Threshold],
     coverable: Figure | None = None,
     evidence: AssertionEvidence | None = None,
-    lifted: Figure | None = None,
+    lifted: LiftedStatuses | None = None,
+    apart_from: Path | None = None,
 ) -> bool:
     """Return whether all thresholds are met; print a sentence for each that is not.
 
@@ -94,15 +97,19 @@ def meets_thresholds(
         thresholds: the thresholds of the command line.
         coverable: the figure of what can be covered; by default everything can be covered.
         evidence: what a store says about asserted obligations; `None` without a store.
-        lifted: the figure of lifted obligations, of a model with parameters.
+        lifted: the statuses of lifted obligations, of a model with parameters.
+        apart_from: a store with cases under other objects, if `lifted` is about the cases of this run alone.
     """
     asserted = None if evidence is None else evidence.figure
-    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable, asserted, lifted)]
+    folded = None if lifted is None else lifted.figure
+    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable, asserted, folded)]
     for threshold in missed:
         if threshold.kind == ASSERTED:
             errors().line(_unasserted_sentence(threshold, evidence))
         else:
-            errors().line(_missed_sentence(threshold, threshold.figure(coverage, coverable, None, lifted)))
+            figure = threshold.figure(coverage, coverable, None, folded)
+            origin = _lifted_origin(lifted, apart_from) if threshold.kind == LIFTED else ""
+            errors().line(_missed_sentence(threshold, figure, origin))
     return not missed
 
 
@@ -117,7 +124,15 @@ def _unasserted_sentence(threshold: Threshold, evidence: AssertionEvidence | Non
     return f"Of what is visited, {figure} is asserted, under {threshold.percent:g} %."
 
 
-def _missed_sentence(threshold: Threshold, figure: Figure) -> str:
+def _lifted_origin(lifted: LiftedStatuses | None, apart_from: Path | None) -> str:
+    """Return which cases a lifted figure is about, where there are others under other objects."""
+    if apart_from is not None:
+        store = shown_path(str(apart_from))
+        return f"this is about the cases of this run; `scbm report {store}` unites those of all objects"
+    return "" if lifted is None else united_in_words(lifted)
+
+
+def _missed_sentence(threshold: Threshold, figure: Figure, origin: str = "") -> str:
     if threshold.kind == COVERABLE and figure.of:
         return f"Of what can be covered, {figure} is covered, under {threshold.percent:g} %."
     kind = "" if threshold.kind == "all" else f"{threshold.kind}="
@@ -125,7 +140,7 @@ def _missed_sentence(threshold: Threshold, figure: Figure) -> str:
         of_kind = f" for `{threshold.kind}`" if kind else ""
         return f"The model has no obligations{of_kind}, so {FAIL_UNDER} {kind}{threshold.percent:g} cannot be met."
     what = f"Coverability of `{threshold.kind}`, {figure}," if kind else f"Coverability {figure}"
-    return f"{what} is under {threshold.percent:g} %."
+    return f"{what} is under {threshold.percent:g} %{': ' if origin else ''}{origin}."
 
 
 Model = Annotated[Path, typer.Argument(help="The model file.", show_default=False)]

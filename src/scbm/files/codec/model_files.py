@@ -14,6 +14,7 @@ from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
+from scbm.files.expansion.lifted_digest import read_object_lists
 from scbm.files.expansion.parts import expand_parts
 from scbm.files.expansion.stages import expand
 from scbm.files.language.scope import Scope
@@ -161,7 +162,7 @@ _START = "a model begins with `behavior_model: <name>`"
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     document, source, report = read_tree(text, file, "model", _START)
-    document = expand(document, report)
+    lifted, document = expand(document, report)
     places = Places(document, source, report)
     _refuse_too_many(document, places)
     check_shape(document, report, ModelKeys, MODEL_OWNERS)
@@ -170,7 +171,7 @@ def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     report.raise_any()
     if not reader.is_whole:
         raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
-    return model, places
+    return replace(model, objects=read_object_lists(lifted)), places
 
 
 _MAX_ENTRIES = 10_000

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from scbm.files.expansion.handshakes import expand_handshakes
 from scbm.files.expansion.object_stage import expand_objects
@@ -20,17 +20,30 @@ if TYPE_CHECKING:
     It notes what it cannot expand. It must not change the nodes of the tree: an alias brings the node of its anchor.
     """
 
-STAGES: tuple[Stage, ...] = (expand_parts, expand_objects, expand_handshakes)
-"""All stages: parts before objects, as parts have objects, and handshakes last, as they name ground resources."""
+_AFTER_PARTS: tuple[Stage, ...] = (expand_objects, expand_handshakes)
+"""The stages after that of parts, since parts have objects; handshakes last, as they name ground resources."""
 
 
-def expand(document: YamlNode, report: ErrorCollector) -> YamlNode:
-    """Return the tree of a model file in the language underneath; the same tree if there is nothing to expand.
+class ExpandedFile(NamedTuple):
+    """A model file before and after its objects are expanded.
+
+    Attributes:
+        lifted: its tree with all parts, and with the entries for several objects as they are written.
+        ground: its tree in the language underneath; the same tree if there is nothing to expand.
+    """
+
+    lifted: YamlNode
+    ground: YamlNode
+
+
+def expand(document: YamlNode, report: ErrorCollector) -> ExpandedFile:
+    """Expand the tree of a model file.
 
     Args:
         document: the tree of the file. Its keys are not checked yet, so it can have any shape.
         report: where errors go, and the other files whose nodes the tree then contains.
     """
-    for stage in STAGES:
-        document = stage(document, report)
-    return document
+    lifted = ground = expand_parts(document, report)
+    for stage in _AFTER_PARTS:
+        ground = stage(ground, report)
+    return ExpandedFile(lifted, ground)

@@ -17,7 +17,7 @@ from scbm.model import InputError
 from scbm.plugins.pytest.session_models import ModelResults
 from scbm.plugins.pytest.session_statuses import shortfalls, thresholds_of, words_of
 from scbm.reports import Setting, counted, coverage_report
-from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run
+from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
 from scbm.store import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
@@ -50,10 +50,12 @@ def _kept(config: pytest.Config, part: SessionPart, file: str) -> list[str]:
     with write_store(config.invocation_params.dir / file, part.campaign.model, run) as writer:
         for position, entry in enumerate(part.entries, start=1):
             writer.add(position, _recipe(part, entry), entry.result)
-        since = since_last_run(coverage.obligations, writer.before, coverage.visited)
         later = writer.later_start
         clock = [] if later is None else [clock_warning(later, file).plain]
-        return [since.plain, in_all(*writer.totals(), file).plain, *clock]
+        totals = writer.totals()
+        united = [line.plain for line in united_lines(totals.lifted)]
+        since = since_last_run(coverage.obligations, writer.before, coverage.visited, is_united=bool(united))
+        return [since.plain, in_all(totals.cases, totals.figure, file).plain, *united, *clock]
 
 
 def _recipe(part: SessionPart, entry: TestResult) -> Recipe:

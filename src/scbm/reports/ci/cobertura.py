@@ -12,6 +12,7 @@ from scbm import __version__
 from scbm.cases.coverage import Decision, Figure
 from scbm.reports.ci.marked_lines import as_code, mark_file
 from scbm.reports.ci.xml_text import is_absolute, portable, xml_text
+from scbm.reports.status_lines import united_in_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -41,7 +42,8 @@ def cobertura_xml(history: History) -> str:
     root.set("timestamp", str(_milliseconds(history.runs[-1].started)))
     if history.lifted is not None:
         lifted = history.lifted.figure
-        root.append(Comment(f" Lifted: {lifted}, {lifted.visited} of {lifted.of} "))
+        united = f"; {united_in_words(history.lifted)}" if history.others else ""
+        root.append(Comment(_comment(f"Lifted: {lifted}, {lifted.visited} of {lifted.of}{united}")))
     if history.statuses.assumptions:
         root.append(Comment(_comment(f"Proofs assume: {' '.join(history.statuses.assumptions)}")))
     SubElement(SubElement(root, "sources"), "source").text = base

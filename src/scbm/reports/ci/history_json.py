@@ -30,7 +30,7 @@ def history_json(history: History) -> dict[str, Any]:
         "coverage": coverage_json(history.coverage),
         "statuses": statuses_json(history.statuses),
         "asserted": asserted_json(history.evidence),
-        **lifted_json(history.model, history.statuses),
+        **lifted_json(history.lifted),
         "simulated_seconds": history.ended_ns / 1e9,
         "over_nodes_seconds": history.over_nodes_ns / 1e9,
         "outdated": history.outdated,

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from scbm.reports.ci.xml_text import portable, xml_text
 from scbm.reports.figure_table import counted, short_of_goal_in_words
-from scbm.reports.status_lines import status_warnings
+from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, again_words, place_of
 from scbm.store import Drawn
 
@@ -60,6 +60,8 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
         yield "lifted", str(lifted)
         yield "lifted_obligations_visited", str(lifted.visited)
         yield "lifted_obligations", str(lifted.of)
+        if history.others:
+            yield "lifted_from", united_in_words(history.lifted)
     if history.short_count:
         yield "cases_short_of_goal", short_of_goal_in_words(history.short_count, history.short)
     if history.decided is not None:

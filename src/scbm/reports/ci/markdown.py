@@ -10,12 +10,13 @@ from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Figure, status_
 from scbm.reports.ci.xml_text import visible
 from scbm.reports.figure_table import counted, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.status_lines import status_warnings
+from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from scbm.cases.coverage import LiftedStatuses
     from scbm.reports.missed_reasons import Missed
     from scbm.reports.stored_cases import Cause
     from scbm.store import History
@@ -79,7 +80,7 @@ def _headline(history: History) -> str:
     failed = f"**{len(history.failed)} failed**; " if history.failed else ""
     words = short_of_goal_in_words(history.short_count, history.short)
     short = f"\nPassed short of the goal: {_plain(words)}\n" if words else ""
-    lifted = "" if history.lifted is None else _lifted_words(history.lifted.figure)
+    lifted = "" if history.lifted is None else _lifted_words(history.lifted)
     return (
         f"## {mark} SCBM-IAS of {_code(history.model.name)}: {figure}\n\n"
         f"{bar}{figure.visited} of {figure.of} obligations visited\n\n{lifted}"
@@ -87,8 +88,12 @@ def _headline(history: History) -> str:
     )
 
 
-def _lifted_words(figure: Figure) -> str:
-    return f"**{figure} lifted** ({figure.visited} of {figure.of}): an operation with parameters counts once\n\n"
+def _lifted_words(lifted: LiftedStatuses) -> str:
+    """Return the lifted figure, and from which objects it comes if there are several lists of them."""
+    figure = lifted.figure
+    united = f"; {_plain(united_in_words(lifted))}" if lifted.others else ""
+    head = f"**{figure} lifted** ({figure.visited} of {figure.of})"
+    return f"{head}: an operation with parameters counts once{united}\n\n"
 
 
 def _statuses(history: History) -> Iterator[str]:

@@ -25,7 +25,7 @@ from scbm.reports.figure_table import STATUS_MARKS, short_of_goal_in_words
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.status_lines import status_warnings
+from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
 from scbm.testing.mutants import Assertion
 
@@ -318,6 +318,11 @@ class ReportView:
             TransitionView(transition, self._cell(obligation), self.line_of(obligation))
             for transition, obligation in zip(self.model.automatic_transitions, obligations, strict=True)
         )
+
+    @property
+    def united(self) -> str:
+        """From which objects the lifted figure comes; empty if from those of the model alone."""
+        return "" if self.lifted is None else united_in_words(self.lifted)
 
     @property
     def lifted(self) -> LiftedStatuses | None:

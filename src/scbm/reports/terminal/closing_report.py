@@ -13,6 +13,7 @@ from rich.text import Text
 from scbm.cases.coverage import (
     Aspect,
     InstanceFolds,
+    LiftedStatuses,
     ObligationStatus,
     Statuses,
     count_statuses,
@@ -146,7 +147,7 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield line
     if legend:
         yield Text(f"{indentation}{legend}", style="dim")
-    yield from lifted_lines(closing.model, _statuses(closing))
+    yield from lifted_lines(LiftedStatuses.of(closing.model, _statuses(closing)))
     yield from _decision_counts(closing, counts)
     for sentence in waiver_warnings(closing.visited_waivers, closing.expired_waivers):
         yield from (Text(part, style="yellow") for part in wrapped(sentence, _COLUMNS, "  ", 6))

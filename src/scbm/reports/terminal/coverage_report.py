@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, Decision, InstanceFolds, Obligation, Statuses
+from scbm.cases.coverage import Aspect, Decision, InstanceFolds, LiftedStatuses, Obligation, Statuses
 from scbm.model import Outcome
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
@@ -41,12 +41,13 @@ if TYPE_CHECKING:
     from scbm.testing.mutants import AssertionEvidence
 
 
-def missing_lines(
+def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has
     model: BehaviorModel,
     coverage: Coverage,
     file: str,
     columns: int = DEFAULT_COLUMNS,
     statuses: Statuses | None = None,
+    lifted: LiftedStatuses | None = None,
 ) -> Iterator[Text]:
     """Yield the missed obligations with their reasons, and the commands that cover them.
 
@@ -56,13 +57,14 @@ def missing_lines(
         file: the model file, for the commands.
         columns: the width of the report.
         statuses: the statuses of the obligations; `None` if visits alone decide them.
+        lifted: the statuses of lifted obligations; by default those of this coverage alone.
     """
     missed = missed_reasons(model, coverage, file, statuses)
     figure = coverage.figure
     yield Text("Missing in ").append(model.name, style="bold").append(f": {_count(missed)} of {figure.of}")
     yield Text()
     yield headline(figure, columns)
-    yield from lifted_lines(model, statuses or Statuses.of(coverage))
+    yield from lifted_lines(lifted or LiftedStatuses.of(model, statuses or Statuses.of(coverage)), columns)
     if statuses is not None:
         yield from status_lines(statuses, columns)
     if not missed:
@@ -195,7 +197,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield Text()
     yield headline(coverage.figure, setting.columns)
     decided = setting.statuses or Statuses.of(coverage, forced=campaign.forced)
-    yield from lifted_lines(campaign.model, decided)
+    yield from lifted_lines(LiftedStatuses.of(campaign.model, decided), setting.columns)
     yield from _statuses(setting)
     if setting.evidence is not None:
         yield from asserted_line(setting.evidence, setting.columns)

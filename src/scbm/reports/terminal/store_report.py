@@ -25,12 +25,12 @@ from scbm.reports.figure_table import (
 from scbm.reports.missed_reasons import close_command
 from scbm.reports.status_lines import lifted_lines, status_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
-from scbm.testing import coverage_json
+from scbm.testing.campaign import coverage_json, lifted_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases.coverage import Figure, Obligations
+    from scbm.cases.coverage import Figure, LiftedStatuses, Obligations
     from scbm.store import Combined, Dropped, History, StoredRun
 
 
@@ -38,7 +38,12 @@ _MAX_NAMED = 3
 
 
 def since_last_run(
-    obligations: Obligations, before: StoredRun | None, visited: int, words: str = "Since the last run"
+    obligations: Obligations,
+    before: StoredRun | None,
+    visited: int,
+    words: str = "Since the last run",
+    *,
+    is_united: bool = False,
 ) -> Text:
     """Return the difference between two runs of a store, in figures and in names.
 
@@ -47,9 +52,10 @@ def since_last_run(
         before: the run before this one; `None` if there is none.
         visited: the visits of this run, as bits.
         words: the beginning of the line.
+        is_united: whether the store has runs with other objects, which are not compared.
     """
     if before is None:
-        return Text(f"{words}: this store has no earlier finished run")
+        return Text(f"{words}: this store has no earlier finished run{' with these objects' if is_united else ''}")
     counted_ones = obligations.counted
     gained = visited & ~before.visited & counted_ones
     lost = before.visited & ~visited & counted_ones
@@ -69,6 +75,12 @@ def in_all(cases: int, figure: Figure, store: str) -> Text:
     return Text(f"{store}: {counted(cases, 'case')} in all, {figure}")
 
 
+def united_lines(lifted: LiftedStatuses | None, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
+    """Yield the lifted figure of a store that has cases of the same lifted model under other objects."""
+    if lifted is not None and lifted.others:
+        yield from lifted_lines(lifted, columns)
+
+
 def _named(obligations: Obligations, bits: int) -> str:
     names = obligations.names(bits)
     more = ", …" if len(names) > _MAX_NAMED else ""
@@ -86,8 +98,11 @@ def combined_report(combined: Combined, target: str) -> Iterator[Text]:
             yield from _dropped_lines(dropped)
         else:
             yield Text(f"{path}: of an earlier version of the model; all that it visited is unchanged")
+    for path in combined.apart:
+        yield Text(f"{path}: the same lifted model with other objects; its ground visits count for these objects")
     totals = combined.totals
     yield in_all(totals.cases, totals.coverage.figure, target).append(f", {counted(totals.runs, 'run')}")
+    yield from united_lines(totals.lifted)
 
 
 def _dropped_lines(dropped: Sequence[Dropped]) -> Iterator[Text]:
@@ -109,6 +124,7 @@ def combined_json(combined: Combined, target: str) -> dict[str, Any]:
         "cases": totals.cases,
         "runs": totals.runs,
         "coverage": coverage_json(totals.coverage),
+        **lifted_json(totals.lifted),
         "dropped": [
             {"store": str(path), "obligation": str(d.obligation), "reason": "gone" if d.is_gone else "edited"}
             for path, dropped in combined.dropped
@@ -132,7 +148,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield Text("Coverability report: ", style="bold").append(history.model.name)
     yield Text()
     yield headline(coverage.figure, columns)
-    yield from lifted_lines(history.model, history.statuses)
+    yield from lifted_lines(history.lifted, columns)
     if history.decided is not None:
         yield from status_lines(history.decided, columns)
     yield from asserted_line(history.evidence, columns)

@@ -11,6 +11,7 @@ from scbm.cases.coverage import (
     Decision,
     Figure,
     LiftedStatuses,
+    ObjectListVisits,
     Obligation,
     Obligations,
     Statuses,
@@ -87,6 +88,29 @@ def test_what_all_instances_prove_cannot_be_covered() -> None:
     assert lifted is not None
     assert lifted.counts[Decision.UNCOVERABLE] == 1
     assert lifted.coverable == Figure(0, 10)
+
+
+def test_visited_instances_under_other_objects_count_like_instances() -> None:
+    obligations = Obligations.of(MODEL)
+    visits = {name: obligations.bit(Obligation(f"open_it.{name}", Aspect.FAILED)) for name in ("d1", "d2")}
+    free = ObjectListVisits.of(MODEL, 2, visits["d1"] | visits["d2"], visits["d2"])
+    forced = ObjectListVisits.of(MODEL, 1, visits["d1"], visits["d1"])
+    proof = StatusProof(Decision.UNCOVERABLE, "no request fails", "c")
+    statuses = Statuses.of(coverage_of(), {f"open_it.d{number}/failed": proof for number in (1, 2)})
+    for others, decision, visited in (((), U, 0), ((free,), C, 1), ((forced,), F, 1), ((forced, free), C, 1)):
+        lifted = LiftedStatuses.of(MODEL, statuses, others)
+        assert lifted is not None
+        (entry,) = (each for each in lifted.entries if str(each.obligation) == "open_it/failed")
+        assert (entry.decision, entry.missed, lifted.figure.visited) == (decision, 2, visited)
+        assert lifted.alone.counts[U] == 1
+
+
+def test_an_instance_that_only_a_forced_state_covers_is_visited() -> None:
+    coverage = coverage_of(Obligation("open_it.d2", Aspect.FAILED))
+    lifted = LiftedStatuses.of(MODEL, Statuses.of(coverage, forced=coverage.visited))
+    assert lifted is not None
+    assert lifted.figure == Figure(1, 11)
+    assert lifted.counts[X] == 11
 
 
 def test_a_lifted_name_stands_for_all_instances() -> None:
