@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scbm.cli import main
-from support import import_order, tiers
+from support import tiers
 from support.domains import LOOPBACK, own_domain
+from support.import_order import BackwardImports, begins_last
 from support.loops import GUARD_S
 from support.profiles import load_profile
 from support.shared_closings import SharedCloser, shared_flaws
@@ -34,7 +35,6 @@ collect_ignore = ["models"]
 """The models and cases there are right and wrong on purpose; they belong to tests of their own."""
 
 if TYPE_CHECKING:
-    from _pytest.reports import CollectReport
     from playwright.sync_api import Browser
 
 pytest_plugins = ["pytester"]
@@ -69,6 +69,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     load_profile(is_full=config.getoption("--full"))
+    if begins_last(config):
+        config.pluginmanager.register(BackwardImports())
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell does so for a job in the background
         signal.signal(signal.SIGINT, signal.default_int_handler)  # the processes that tests start inherit it
 
@@ -96,19 +98,8 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, CollectReport, CollectReport]:
-    report = yield
-    if import_order.begins_last(collector.config):
-        import_order.reverse_files(collector, report)
-    return report
-
-
-@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out the tiers of `support.tiers`, unless options choose tests."""
-    if import_order.begins_last(config):
-        import_order.restore_order(items)
     if config.getoption("--full") or config.getoption("markexpr"):
         return
     kept, left_out = tiers.split(items, config.args)

@@ -6,28 +6,36 @@ Workers that begin at the same end compile all files at the same time. Two that 
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from itertools import groupby
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
-
-if TYPE_CHECKING:
-    from _pytest.reports import CollectReport
+from _pytest.reports import CollectReport
 
 
 def begins_last(config: pytest.Config) -> bool:
-    """Return whether this process is a worker that imports the last test file first."""
+    """Return whether this process is a worker that imports the last test file of one folder first."""
     worker: dict[str, str] = getattr(config, "workerinput", {})
-    return int(worker.get("workerid", "gw0").removeprefix("gw")) % 2 == 1
+    number = int(worker.get("workerid", "gw0").removeprefix("gw"))
+    return number % 2 == 1 and len(config.args) == 1 and Path(config.args[0]).is_dir()
 
 
-def reverse_files(collector: pytest.Collector, report: CollectReport) -> None:
-    """Reverse the files and folders that a folder contains; the tests of a file keep their order."""
-    if isinstance(collector, pytest.Session | pytest.Directory):
-        report.result.reverse()
+class BackwardImports:
+    """A plugin that imports files and folders in the reverse order, and then restores the order of the tests.
 
+    It is for a run of one folder: several arguments may name a file, or a test, more than once.
+    """
 
-def restore_order(items: list[pytest.Item]) -> None:
-    """Put the tests of reversed files into the order of all other workers, as pytest-xdist requires."""
-    files = [list(tests) for _, tests in groupby(items, lambda item: item.getparent(pytest.File))]
-    items[:] = [test for tests in reversed(files) for test in tests]
+    @pytest.hookimpl(wrapper=True)
+    def pytest_make_collect_report(self, collector: pytest.Collector) -> Generator[None, CollectReport, CollectReport]:
+        report = yield
+        if isinstance(collector, pytest.Directory):
+            report.result.reverse()
+        return report
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Put the tests into the order of all other workers, as pytest-xdist requires."""
+        files = [list(tests) for _, tests in groupby(items, lambda item: item.getparent(pytest.File))]
+        items[:] = [test for tests in reversed(files) for test in tests]

@@ -2,59 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from pathlib import Path
 
 import pytest
-from _pytest.reports import CollectReport
 
-from support.import_order import begins_last, restore_order, reverse_files
+from support.import_order import BackwardImports, begins_last
 
 TEXT = "def test_one(): pass\ndef test_two(): pass\n"
+OPTIONS = ("--collect-only", "--import-mode=importlib", "-p", "no:xdist")
 
 
-class BackwardImports:
-    """Collects tests as a worker that begins with the last file."""
+class Collected:
+    """Notes the tests in the order of their imports, and in the order that the run has."""
 
-    def __init__(self) -> None:
-        self.imported: list[str] = []
-        self.ordered: list[str] = []
+    imported: tuple[str, ...] = ()
+    ordered: tuple[str, ...] = ()
 
-    @pytest.hookimpl(wrapper=True)
-    def pytest_make_collect_report(self, collector: pytest.Collector) -> Generator[None, CollectReport, CollectReport]:
-        report = yield
-        reverse_files(collector, report)
-        return report
+    def pytest_itemcollected(self, item: pytest.Item) -> None:
+        self.imported += (item.nodeid,)
 
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        self.imported = [item.nodeid for item in items]
-        restore_order(items)
-        self.ordered = [item.nodeid for item in items]
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        self.ordered = tuple(item.nodeid for item in session.items)
 
 
 def test_the_last_file_is_imported_first_and_the_order_of_tests_stays(pytester: pytest.Pytester) -> None:
-    files = ["test_a.py", "part/test_b.py", "part/test_c.py", "test_d.py"]
     pytester.mkdir("part")
-    for file in files:
+    for file in ("test_a.py", "part/test_b.py", "part/test_c.py", "test_d.py"):
         (pytester.path / file).write_text(TEXT, encoding="utf-8")
-    expected = [item.nodeid for item in pytester.inline_genitems("--import-mode=importlib", "-p", "no:xdist")[0]]
-    backward = BackwardImports()
-    pytester.inline_run("--collect-only", "--import-mode=importlib", "-p", "no:xdist", plugins=[backward])
-    assert backward.ordered == expected
-    assert backward.imported == [
-        f"{file}::test_{each}" for file in reversed(by_file(expected)) for each in ("one", "two")
-    ]
+    forward, backward = Collected(), Collected()
+    pytester.inline_run(*OPTIONS, ".", plugins=[forward])
+    pytester.inline_run(*OPTIONS, ".", plugins=[backward, BackwardImports()])
+    assert backward.ordered == forward.ordered == forward.imported
+    files = [each.partition("::")[0] for each in forward.imported]
+    assert [each.partition("::")[0] for each in backward.imported] == files[::-1]
 
 
-def by_file(ids: list[str]) -> list[str]:
-    return list(dict.fromkeys(each.partition("::")[0] for each in ids))
-
-
-def test_every_second_worker_begins_with_the_last_file(
-    pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+def test_every_second_worker_begins_with_the_last_file_of_a_folder(
+    pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     begins = []
+    monkeypatch.setattr(pytestconfig, "args", [str(tmp_path)])
     for number in range(4):
         monkeypatch.setattr(pytestconfig, "workerinput", {"workerid": f"gw{number}"}, raising=False)
         begins.append(begins_last(pytestconfig))
-    monkeypatch.delattr(pytestconfig, "workerinput")
-    assert (begins, begins_last(pytestconfig)) == ([False, True, False, True], False)
+    assert begins == [False, True, False, True]
+    for several in ([str(tmp_path)] * 2, [f"{tmp_path}/test_a.py"]):
+        monkeypatch.setattr(pytestconfig, "args", several)
+        assert not begins_last(pytestconfig)
