@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.output.terminal import results
+from scbm.cli.output.terminal import errors, results
 from scbm.files import FileWriter, read_file, read_model
 from scbm.files.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
+from scbm.model import InputError
 
 
 def command(
@@ -39,8 +40,12 @@ def command(
     writer.refuse_outputs({"--out": out})
     domain_text, problem_text = (PddlText(str(path), read_file(path)) for path in (domain, problem))
     options = PddlImportOptions(tuple(group or ()), tuple(resource or ()), tuple(number_range or ()))
-    text = imported_model(read_pddl(domain_text, problem_text), domain_text, problem_text, options)
-    read_model(text, str(out))
-    writer.write("--out", out, text.encode())
+    made = imported_model(read_pddl(domain_text, problem_text), domain_text, problem_text, options)
+    try:
+        read_model(made.text, str(out))
+    except InputError as error:  # no file has this text yet
+        raise InputError([made.at_origin(fault) for fault in error.diagnostics]) from None
+    writer.write("--out", out, made.text.encode())
+    errors().diagnostics(made.warnings)
     results().line(str(out))
     return 0

@@ -102,6 +102,7 @@ class Slug(StrEnum):
 
     # models in PDDL
     BAD_PDDL = "bad-pddl"
+    PDDL_GROUP_UNPROVED = "pddl-group-unproved"
     PDDL_MISSING = "pddl-missing"
     PDDL_NOT_EXPRESSIBLE = "pddl-not-expressible"
 

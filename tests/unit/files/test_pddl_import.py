@@ -12,9 +12,18 @@ from typing import Any
 import pytest
 
 from scbm.files import read_model
-from scbm.files.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
-from scbm.files.pddl.pddl_task import FALSE, TRUE, PddlEffect, PddlFluent, PddlFormula, PddlLiftedAction, PddlTask
-from scbm.model import BehaviorModel, InputError, Slug
+from scbm.files.pddl import ImportedModel, PddlImportOptions, PddlText, imported_model, read_pddl
+from scbm.files.pddl.pddl_task import (
+    FALSE,
+    TRUE,
+    InvariantPart,
+    PddlEffect,
+    PddlFluent,
+    PddlFormula,
+    PddlLiftedAction,
+    PddlTask,
+)
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 
 BLOCKS = """(define (domain blocks) (:requirements :strips)
  (:predicates (on ?x ?y) (ontable ?x) (clear ?x) (handempty) (holding ?x))
@@ -60,6 +69,8 @@ def fact(name: str, *arguments: PddlFormula) -> PddlFormula:
 
 R, FROM, TO = parameter("r"), parameter("from"), parameter("to")
 B = PddlFormula("object", name="b")
+AT_Z = PddlEffect(fact("at", R, parameter("z")), TRUE)
+CLEANED = PddlEffect(fact("dirty", TO), FALSE)
 
 
 def robot_task(
@@ -92,9 +103,13 @@ def robot_task(
     )
 
 
-def imported(task: PddlTask, *groups: str, ranges: tuple[str, ...] = ()) -> str:
-    texts = PddlText("domain.pddl", PLACES), PddlText("problem.pddl", "")
+def model_of(task: PddlTask, *groups: str, ranges: tuple[str, ...] = (), domain: str = PLACES) -> ImportedModel:
+    texts = PddlText("domain.pddl", domain), PddlText("problem.pddl", "")
     return imported_model(task, *texts, PddlImportOptions(groups, ranges=ranges))
+
+
+def imported(task: PddlTask, *groups: str, ranges: tuple[str, ...] = ()) -> str:
+    return model_of(task, *groups, ranges=ranges).text
 
 
 def errors_of(task: PddlTask, *groups: str) -> list[str]:
@@ -122,7 +137,109 @@ def test_a_group_is_one_variable_that_needs_no_extra_value_if_one_holds_always()
 
 def test_groups_that_are_proved_need_no_option() -> None:
     proved = replace(robot_task(), exclusive={"at": 1})
-    assert imported(proved) == imported(robot_task(), "at")
+    assert model_of(proved).warnings == ()
+    word = "# Not proved to have one value at a time: at\n"
+    assert imported(proved) == imported(robot_task(), "at").replace(word, "")
+
+
+def test_a_group_without_a_proof_is_a_warning_at_an_action_that_may_add_a_second_value() -> None:
+    domain = "(define (domain d) (:predicates (at ?r ?z))\n (:action move :parameters (?r ?z)\n  :effect (at ?r ?z)))"
+    appearing = replace(robot_task(), actions=(PddlLiftedAction("move", (("r", "robot"), ("z", "zone")), (), (AT_Z,)),))
+    (warning,) = model_of(appearing, "at.z", domain=domain).warnings
+    assert (str(warning.place), warning.slug, warning.severity) == (
+        "domain.pddl:3:12",
+        "pddl-group-unproved",
+        "warning",
+    )
+    reason = "move makes it true without a condition on the value before"
+    assert warning.message == f"nothing proves that `at` holds for one `z` at a time: {reason}"
+    proved = (InvariantPart("at", (0,), 1), InvariantPart("dirty", (0,), None))
+    assert model_of(replace(appearing, invariants=(proved,)), "at.z").warnings == ()
+
+
+def test_a_group_may_have_one_parameter_only() -> None:
+    assert errors_of(robot_task(), "at.r", "at.z")[-1].startswith("--group bad-option `at` has two groups")
+
+
+def test_an_action_that_adds_a_value_beside_the_one_that_it_requires_contradicts_a_group() -> None:
+    move = replace(robot_task().actions[0], effects=(PddlEffect(fact("at", R, TO), TRUE),))
+    kept = replace(robot_task(), actions=(move,))
+    reason = "it adds a value, and does not delete the value that its precondition requires"
+    assert errors_of(kept, "at") == [
+        f"domain.pddl:3:17 pddl-not-expressible `at` cannot be one variable because of move: {reason}"
+    ]
+    same = PddlFormula("equals", (FROM, TO))
+    together = replace(move, conditions=(*move.conditions, same))
+    assert "operations: {}" in imported(replace(kept, actions=(together,)), "at")  # it moves nowhere
+
+
+def test_two_values_that_are_required_of_one_group_are_equal() -> None:
+    task = robot_task()
+    both = (fact("at", R, FROM), fact("at", R, TO), fact("dirty", TO))
+    mop = PddlLiftedAction("mop", task.actions[0].parameters, both, (CLEANED,))
+    text = imported(replace(task, actions=(*task.actions, mop), exclusive={"at": 1}))
+    assert "  mop[r in robot, from in zone, to in zone]:\n    where: from == to" in text
+
+
+def test_parameters_differ_where_the_condition_contradicts_itself_for_one_object() -> None:
+    other = PddlFormula("not", (fact("dirty", FROM),))
+    dirty = PddlLiftedAction("mop", (("from", "zone"), ("to", "zone")), (fact("dirty", TO), other), (CLEANED,))
+    assert "where: from != to" in imported(replace(robot_task(), actions=(dirty,)))
+    known = PddlFormula("not", (PddlFormula("equals", (FROM, TO)),))
+    apart = replace(dirty, conditions=(known, *dirty.conditions))
+    assert "where: from != to\n" in imported(replace(robot_task(), actions=(apart,)))
+
+
+def test_facts_that_exclude_each_other_by_an_invariant_exclude_a_case_for_one_object() -> None:
+    deleted = (PddlEffect(fact("dirty", FROM), FALSE), PddlEffect(fact("wet", TO), FALSE))
+    effects = (*deleted, PddlEffect(fact("dirty", TO), TRUE))
+    conditions = (fact("dirty", FROM), fact("wet", TO))
+    mop = PddlLiftedAction("mop", (("from", "zone"), ("to", "zone")), conditions, effects)
+    wet = PddlFluent("wet", (("z", "zone"),))
+    task = replace(robot_task(wet={}), actions=(mop, *robot_task().actions))
+    task = replace(task, fluents={**task.fluents, "wet": wet})
+    assert "mop_2[from in zone]" in imported(task)
+    excluded = (InvariantPart("dirty", (0,), None), InvariantPart("wet", (0,), None))
+    text = imported(replace(task, invariants=(excluded,)))
+    assert "mop_2" not in text
+    assert "where: from != to" in text
+
+
+def test_a_case_for_one_object_that_no_table_admits_is_left_out() -> None:
+    kinds = {name: PddlFluent(name, (("z", "zone"),)) for name in ("first", "second")}
+    swap = PddlLiftedAction(
+        "swap",
+        (("from", "zone"), ("to", "zone")),
+        (fact("first", FROM), fact("second", TO)),
+        (PddlEffect(fact("dirty", FROM), TRUE), PddlEffect(fact("dirty", TO), FALSE)),
+    )
+    task = robot_task(first={("a",): 1}, second={("b",): 1})
+    text = imported(replace(task, actions=(swap,), fluents={**task.fluents, **kinds}))
+    assert "swap_2" not in text
+    twice = robot_task(first={("a",): 1}, second={("a",): 1, ("b",): 1})
+    assert "swap_2" in imported(replace(twice, actions=(swap,), fluents={**task.fluents, **kinds}))
+
+
+def test_errors_of_the_reader_come_with_those_of_groups_and_ranges() -> None:
+    problem = PddlText("domain.pddl", PLACES)
+    fault = problem.error("a product", problem.action("move"))
+    burning = PddlEffect(fact("fuel"), PddlFormula("number", number=1), "decrease")
+    task = robot_task(burning, conditions=(PddlFormula("<", (PddlFormula("number"), fact("dirty", FROM))),))
+    unread = replace(task, errors=(fault,), goals=(PddlFormula("<", (fact("fuel"), PddlFormula("number"))),))
+    assert [each.split()[:2] for each in errors_of(unread, "at.q", "fuel")] == [
+        ["domain.pddl:2:11", "pddl-not-expressible"],
+        ["domain.pddl:3:38", "pddl-not-expressible"],
+        ["--group", "bad-option"],
+        ["--group", "bad-option"],
+    ]
+
+
+def test_an_error_of_the_model_is_reported_at_the_action_of_the_domain() -> None:
+    made = model_of(robot_task())
+    line = 1 + made.text.splitlines().index("  move[r in robot, from in zone, to in zone]:")
+    model_error = Diagnostic(Slug.TOO_MANY_INSTANCES, "`move` has too many instances", Place("model.yaml", line + 1, 5))
+    moved = made.at_origin(model_error)
+    assert str(moved).startswith("domain.pddl:2:11: error[too-many-instances]: the model would not load: `move` has")
 
 
 def test_a_group_that_holds_twice_at_first_is_refused_where_it_was_asked_for() -> None:
@@ -185,13 +302,68 @@ def test_files_become_models_with_plans_of_the_published_length(scbm: Callable[.
 
 
 @pytest.mark.slow
+def test_a_doubtful_group_is_a_warning_and_the_model_is_written(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    domain, problem, model = (tmp_path / name for name in ("domain.pddl", "problem.pddl", "model.yaml"))
+    problem.write_text(TWO_ROOMS)
+    domain.write_text(MOVING.replace("(at start (at ?r ?from)) ", ""))
+    ran = scbm("import", "pddl", domain, problem, "-o", model, "--group", "at")
+    assert (ran.code, model.exists(), "domain.pddl:5:56: warning[pddl-group-unproved]" in ran.err) == (0, True, True)
+
+
+@pytest.mark.slow
 def test_durations_become_latencies() -> None:
     texts = PddlText("domain.pddl", MOVING), PddlText("problem.pddl", TWO_ROOMS)
-    text = imported_model(read_pddl(*texts), *texts, PddlImportOptions(("at",), ("r",)))
+    text = imported_model(read_pddl(*texts), *texts, PddlImportOptions(("at",), ("r",))).text
     model = read_model(text)
     assert [resource.name for resource in model.resources] == ["robot_controller.r1"]
     assert "simulation: {latency: 5 s}" in text
     assert operations(model) == ["move.r1.a.b", "move.r1.b.c"]
+
+
+FAULTY = """(define (domain faulty)
+ (:types zone robot)
+ (:predicates (at ?r - robot ?z - zone) (open ?z - zone) (tall ?z - zone))
+ (:functions (fuel) (load ?z - zone))
+ (:derived (tall ?z - zone) (open ?z))
+ (:action burn :parameters (?z - zone)
+  :precondition (and (preference p1 (open ?z)) (> (fuel) 0) (> (load ?z) 1))
+  :effect (and (decrease (fuel) (* (load ?z) 2)) (increase (load ?z) 1.5) (not (open ?z))))
+ (:durative-action wait :parameters (?z - zone ?r - robot) :duration (= ?duration (+ (fuel) 2))
+  :condition (at start (at ?r ?z))
+  :effect (and (at end (scale-up (fuel) 2)) (increase (fuel) (* #t 1)) (at end (not (at ?r ?z))))))
+"""
+
+FAULTY_PROBLEM = """(define (problem p) (:domain faulty)
+ (:objects a b - zone q - robot)
+ (:init (at q a) (at q b) (= (fuel) 1.5)
+  (at 5 (open b)))
+ (:goal (at q b))
+ (:constraints (always (open a))) (:metric minimize (+ (is-violated p1) (fuel))))
+"""
+
+
+@pytest.mark.slow
+def test_all_that_a_model_cannot_express_is_reported_at_once() -> None:
+    texts = PddlText("d", FAULTY), PddlText("p", FAULTY_PROBLEM)
+    options = PddlImportOptions(("at",), ("crane",), ("load=0..9",))
+    with pytest.raises(InputError) as raised:
+        imported_model(read_pddl(*texts), *texts, options)
+    found = [(str(each.place), each.message.split(" cannot")[0].split(",")[0]) for each in raised.value.diagnostics]
+    assert found == [
+        ("d:5:3", "derived predicates"),
+        ("d:7:23", "preferences"),
+        ("d:8:27", "nothing bounds `fuel`"),
+        ("d:8:34", "`(load(z) * 2)`"),
+        ("d:8:70", "1.5 is no whole number"),
+        ("d:9:60", "the duration of wait depends on what changes"),
+        ("d:11:25", "products"),
+        ("d:11:65", "changes that go on with time"),
+        ("p:3:19", "`at`"),
+        ("p:3:37", "1.5"),
+        ("p:4:4", "facts at given times"),
+        ("p:6:3", "constraints on plans"),
+        ("--resource", "no action has a parameter `crane`"),
+    ]
 
 
 @pytest.mark.slow
@@ -200,6 +372,12 @@ def test_durations_become_latencies() -> None:
     [
         ("(define (domain x)", Slug.BAD_PDDL, "d:1:19"),
         ("(define (domain x) (:predicates (a)) (:derived (a) (a)))", Slug.PDDL_NOT_EXPRESSIBLE, "d:1:39"),
+        ("(define (domain x) (:types t) (:functions (f) - t))", Slug.PDDL_NOT_EXPRESSIBLE, "d:1:49"),
+        (
+            "(define (domain x) (:types t) (:predicates (a ?x - (either t t))))",
+            Slug.PDDL_NOT_EXPRESSIBLE,
+            "d:1:53",
+        ),
     ],
 )
 def test_files_that_cannot_be_read_are_located(domain: str, slug: Slug, place: str) -> None:

@@ -7,14 +7,14 @@ one object would make an action set one variable twice, there is one case for di
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 from scbm.files.pddl.pddl_reader import conjuncts, negated
 from scbm.files.pddl.pddl_task import FALSE, TRUE, PddlFormula
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.files.pddl.pddl_task import EffectKind, PddlEffect, PddlLiftedAction
 
@@ -76,6 +76,7 @@ def cases_of(
     objects_of: Callable[[str], tuple[str, ...]],
     change_of: Callable[[PddlEffect], VariableChange],
     simplified: Callable[[PddlFormula], PddlFormula],
+    exclude: Callable[[Sequence[PddlFormula]], bool],
 ) -> list[ActionCase]:
     """Return the cases of an action.
 
@@ -84,14 +85,15 @@ def cases_of(
         objects_of: the objects of a type.
         change_of: the change that an effect without condition is.
         simplified: a formula with its static facts decided.
+        exclude: whether conditions require facts that exclude each other.
     """
+    rules = _CaseRules({name: objects_of(kind) for name, kind in action.parameters}, simplified, exclude)
     effects = [each for effect in action.effects for each in _instances(effect, objects_of)]
     effects = [replace(each, condition=simplified(each.condition)) for each in effects]
     effects = [each for each in effects if each.condition != FALSE]
     conditions = list(dict.fromkeys(each.condition for each in effects if each.condition != TRUE))
     if 2 ** len(conditions) > MAX_ACTION_CASES:
         raise TooManyCasesError
-    domains = {name: objects_of(kind) for name, kind in action.parameters}
     cases: list[ActionCase] = []
     for chosen in product((True, False), repeat=len(conditions)):
         holding = [c for c, holds in zip(conditions, chosen, strict=True) if holds]
@@ -99,10 +101,10 @@ def cases_of(
         changes = [change_of(each) for each in effects if each.condition == TRUE or each.condition in holding]
         guard = [part for each in (*action.conditions, *holding, *denied) for part in conjuncts(each)]
         case = ActionCase(action.parameters, tuple(guard), tuple(changes), {})
-        cases += _without_aliases(case, domains, simplified)
+        cases += [_without_contradictions(each, rules) for each in _without_aliases(case, rules)]
         if len(cases) > MAX_ACTION_CASES:
             raise TooManyCasesError
-    return cases
+    return [case for case in cases if _has_instances(case, rules)] or cases[:1]
 
 
 def _instances(effect: PddlEffect, objects_of: Callable[[str], tuple[str, ...]]) -> Iterator[PddlEffect]:
@@ -122,19 +124,41 @@ def _instances(effect: PddlEffect, objects_of: Callable[[str], tuple[str, ...]])
 _Equality = tuple[PddlFormula, PddlFormula]
 
 
+@dataclass(frozen=True, slots=True)
+class _CaseRules:
+    """What the cases of one action depend on.
+
+    Attributes:
+        domains: the objects of each parameter.
+        simplified: returns a formula with its static facts decided.
+        exclude: returns whether conditions require facts that exclude each other.
+    """
+
+    domains: Mapping[str, tuple[str, ...]]
+    simplified: Callable[[PddlFormula], PddlFormula]
+    exclude: Callable[[Sequence[PddlFormula]], bool]
+
+    def conjuncts(self, conditions: Iterable[PddlFormula]) -> tuple[PddlFormula, ...]:
+        """Return the conjuncts of conditions, simplified, each once."""
+        return tuple(dict.fromkeys(part for each in conditions for part in conjuncts(self.simplified(each))))
+
+    def contradict(self, conditions: Sequence[PddlFormula]) -> bool:
+        """Return whether conjuncts never hold together."""
+        return (
+            FALSE in conditions or any(negated(each) in conditions for each in conditions) or self.exclude(conditions)
+        )
+
+
 def _without_aliases(
-    case: ActionCase,
-    domains: Mapping[str, tuple[str, ...]],
-    simplified: Callable[[PddlFormula], PddlFormula],
-    apart: tuple[frozenset[_Equality], ...] = (),
+    case: ActionCase, rules: _CaseRules, apart: tuple[frozenset[_Equality], ...] = ()
 ) -> Iterator[ActionCase]:
     """Yield cases whose changes are of different variables."""
-    conditions = tuple(dict.fromkeys(part for each in case.conditions for part in conjuncts(simplified(each))))
-    if FALSE in conditions or any(negated(each) in conditions for each in conditions):
+    conditions = rules.conjuncts(case.conditions)
+    if rules.contradict(conditions):
         return
     changes = _merged(case.changes)
     case = replace(case, conditions=conditions, changes=tuple(changes))
-    for equalities in _clashes(changes, domains):
+    for equalities in _clashes(changes, rules.domains):
         if any(known <= equalities for known in apart):
             continue
         if any(negated(PddlFormula("equals", pair)) in conditions for pair in _both_ways(equalities)):
@@ -142,10 +166,50 @@ def _without_aliases(
         different = tuple(PddlFormula("equals", pair) for pair in sorted(equalities, key=repr))
         unequal = negated(PddlFormula("and", different) if len(different) > 1 else different[0])
         other = replace(case, conditions=(*conditions, unequal))
-        yield from _without_aliases(other, domains, simplified, (*apart, equalities))
-        yield from _without_aliases(_joined_case(case, equalities, domains), domains, simplified, apart)
+        yield from _without_aliases(other, rules, (*apart, equalities))
+        yield from _without_aliases(_joined_case(case, equalities, rules.domains), rules, apart)
         return
     yield case
+
+
+def _without_contradictions(case: ActionCase, rules: _CaseRules) -> ActionCase:
+    """Return a case whose parameters differ where its condition contradicts itself for equal ones."""
+    for (first, _), (second, _) in combinations(case.parameters, 2):
+        pair = PddlFormula("parameter", name=first), PddlFormula("parameter", name=second)
+        if any(negated(PddlFormula("equals", both)) in case.conditions for both in (pair, pair[::-1])):
+            continue
+        joined = rules.conjuncts(substituted(each, {second: pair[0]}) for each in case.conditions)
+        if not rules.contradict(joined):
+            continue
+        common = [each for each in rules.domains[first] if each in rules.domains[second]]
+        if any(_admits(case.conditions, dict.fromkeys((first, second), each), rules) for each in common):
+            case = replace(case, conditions=(*case.conditions, negated(PddlFormula("equals", pair))))
+    return case
+
+
+def _has_instances(case: ActionCase, rules: _CaseRules) -> bool:
+    """Return whether the static conditions on one parameter, or on two, hold for some objects."""
+    names = [name for name, _ in case.parameters]
+    used = [(each, _parameters_of(each)) for each in case.conditions]
+    for chosen in (*combinations(names, 1), *combinations(names, 2)):
+        if any(parameters == {*chosen} for _, parameters in used):
+            about = [each for each, parameters in used if parameters and parameters <= {*chosen}]
+            choices = product(*(rules.domains[name] for name in chosen))
+            if not any(_admits(about, dict(zip(chosen, each, strict=True)), rules) for each in choices):
+                return False
+    return True
+
+
+def _parameters_of(formula: PddlFormula) -> set[str]:
+    bound = {name for name, _ in formula.variables}
+    own = {formula.name} if formula.kind == "parameter" else set()
+    return own.union(*map(_parameters_of, formula.parts)) - bound
+
+
+def _admits(conditions: Sequence[PddlFormula], objects: Mapping[str, str], rules: _CaseRules) -> bool:
+    """Return whether static conditions hold for some objects, as far as they are about these parameters only."""
+    binding = {name: PddlFormula("object", name=each) for name, each in objects.items()}
+    return all(rules.simplified(substituted(each, binding)) != FALSE for each in conditions)
 
 
 def _both_ways(equalities: frozenset[_Equality]) -> Iterator[_Equality]:

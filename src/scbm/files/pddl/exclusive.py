@@ -18,11 +18,15 @@ from dataclasses import dataclass, field
 from itertools import combinations, permutations
 from typing import TYPE_CHECKING, NamedTuple
 
+from scbm.files.pddl.pddl_task import InvariantPart
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from unified_planning.model import Action, Effect, FNode, Problem, TimeInterval, Timing
     from unified_planning.model.types import Type
+
+    from scbm.files.pddl.pddl_task import FactInvariant
 
 MAX_CANDIDATES = 300
 """Maximum number of candidates for one parameter of a fluent. Known domains need fewer than 20."""
@@ -96,42 +100,37 @@ class ActionSummary:
     changes: list[AtomChange] = field(default_factory=list)
 
 
-class CandidatePart(NamedTuple):
-    """One fluent of a candidate.
+class ProvedInvariants(NamedTuple):
+    """The invariants that were found for a problem.
 
     Attributes:
-        fluent: the name of the fluent.
-        keys: for each key of the candidate, the index of the parameter of this fluent.
-        counted: the index of the parameter that is counted; `None` if there is none.
+        all: the invariants.
+        exclusive: for boolean fluents, the index of a parameter whose values exclude each other.
     """
 
-    fluent: str
-    keys: tuple[int, ...]
-    counted: int | None
+    all: tuple[FactInvariant, ...]
+    exclusive: dict[str, int]
 
 
-Candidate = tuple[CandidatePart, ...]
-"""The parts of an invariant candidate, each of another fluent, in the order of their names."""
+def proved_invariants(problem: Problem) -> ProvedInvariants:
+    """Return invariants of the boolean fluents that have parameters and that actions make true.
 
-
-def exclusive_parameters(problem: Problem) -> dict[str, int]:
-    """Return for each boolean fluent the index of a parameter whose values provably exclude each other.
-
-    For any binding of the other parameters, at most one value of this parameter makes the fluent true, in all states
-    that sequences of actions reach. If several parameters have this property, the last one is returned. Fluents without
-    such a parameter are left out. So are fluents that no action makes true, and parameters with a single object: they
-    have the property, but a variable for their values says nothing.
+    A parameter is exclusive if, for any binding of the other parameters, at most one of its values makes the fluent
+    true in all states that sequences of actions reach. If several parameters of a fluent are, the last one is returned.
+    Parameters with a single object are left out: they have the property, but a variable for their values says nothing.
     """
     proof = _InvariantProof(problem)
-    found: dict[str, int] = {}
+    found: dict[FactInvariant, None] = {}
+    exclusive: dict[str, int] = {}
     for fluent in problem.fluents:
-        if proof.can_count(fluent.name):
-            counted = (index for index, parameter in enumerate(fluent.signature) if proof.has_choice(parameter.type))
-            exclusive = (index for index in reversed(list(counted)) if proof.is_exclusive(fluent.name, index))
-            index = next(exclusive, None)
-            if index is not None:
-                found[fluent.name] = index
-    return found
+        if fluent.arity and proof.can_count(fluent.name):
+            several = [index for index, parameter in enumerate(fluent.signature) if proof.has_choice(parameter.type)]
+            for counted in (None, *several):
+                proved = dict.fromkeys(proof.invariants(fluent.name, counted))
+                found |= proved
+                if counted is not None and proved:
+                    exclusive[fluent.name] = counted
+    return ProvedInvariants(tuple(found), exclusive)
 
 
 class _InvariantProof:
@@ -154,22 +153,22 @@ class _InvariantProof:
         """Return whether a type of parameters has two objects or more."""
         return kind.is_user_type() and len(self._objects_of(kind)) > 1
 
-    def is_exclusive(self, fluent: str, counted: int) -> bool:
-        """Search for an invariant in which the parameter `counted` of `fluent` is counted."""
+    def invariants(self, fluent: str, counted: int | None) -> Iterator[FactInvariant]:
+        """Search for invariants with a fluent; `counted` is its parameter that is counted, if there is one."""
         keys = tuple(index for index in range(self._arities[fluent]) if index != counted)
-        first: Candidate = (CandidatePart(fluent, keys, counted),)
+        first: FactInvariant = (InvariantPart(fluent, keys, counted),)
         if not self._holds_initially(first):
-            return False  # more fluents can only add more facts
+            return  # more fluents can only add more facts
         seen, queue = {first}, deque([first])
         while queue:
-            refined = self._refinements(queue.popleft())
+            candidate = queue.popleft()
+            refined = self._refinements(candidate)
             if refined is None:
-                return True
-            for candidate in refined:
-                if candidate not in seen and len(seen) < MAX_CANDIDATES and self._holds_initially(candidate):
-                    seen.add(candidate)
-                    queue.append(candidate)
-        return False
+                yield candidate
+            for each in refined or ():
+                if each not in seen and len(seen) < MAX_CANDIDATES and self._holds_initially(each):
+                    seen.add(each)
+                    queue.append(each)
 
     # reading the problem
 
@@ -239,7 +238,7 @@ class _InvariantProof:
 
     # checking a candidate
 
-    def _holds_initially(self, candidate: Candidate) -> bool:
+    def _holds_initially(self, candidate: FactInvariant) -> bool:
         groups: Counter[tuple[str, ...]] = Counter()
         for part in candidate:
             if part.fluent not in self._facts:
@@ -247,7 +246,7 @@ class _InvariantProof:
             groups.update(tuple(fact[key] for key in part.keys) for fact in self._facts[part.fluent])
         return all(true == 1 for true in groups.values())
 
-    def _refinements(self, candidate: Candidate) -> list[Candidate] | None:
+    def _refinements(self, candidate: FactInvariant) -> list[FactInvariant] | None:
         """Return `None` if the candidate is an invariant; otherwise larger candidates that may be invariants."""
         parts = {part.fluent: part for part in candidate}
         for action in self._actions:
@@ -314,7 +313,7 @@ def _conjuncts(conditions: Iterable[FNode]) -> Iterator[FNode]:
 # too heavy: two facts of one group become true
 
 
-def _adds_too_much(action: ActionSummary, added: list[AtomChange], parts: Mapping[str, CandidatePart]) -> bool:
+def _adds_too_much(action: ActionSummary, added: list[AtomChange], parts: Mapping[str, InvariantPart]) -> bool:
     """Return whether an instance of the action can make two different facts of one group true."""
     atoms = [change.atom for change in added if change.atom is not None]
     pairs = list(combinations(atoms, 2))
@@ -338,7 +337,7 @@ def _copied(atom: FluentAtom, quantified: frozenset[str]) -> FluentAtom:
     return FluentAtom(atom.fluent, tuple(terms))
 
 
-def _can_meet(action: ActionSummary, one: FluentAtom, other: FluentAtom, parts: Mapping[str, CandidatePart]) -> bool:
+def _can_meet(action: ActionSummary, one: FluentAtom, other: FluentAtom, parts: Mapping[str, InvariantPart]) -> bool:
     """Return whether two added atoms can be different facts of the same group, in an applicable instance."""
     equal = _EqualTerms([*one.terms, *other.terms, *(term for pair in action.unequal for term in pair)])
     for left, right in zip(_keys(one, parts), _keys(other, parts), strict=True):
@@ -348,7 +347,7 @@ def _can_meet(action: ActionSummary, one: FluentAtom, other: FluentAtom, parts: 
     return one.fluent != other.fluent or not all(map(equal.are_equal, one.terms, other.terms))
 
 
-def _is_inapplicable(action: ActionSummary, equal: _EqualTerms, parts: Mapping[str, CandidatePart]) -> bool:
+def _is_inapplicable(action: ActionSummary, equal: _EqualTerms, parts: Mapping[str, InvariantPart]) -> bool:
     """Return whether the action requires two different facts of one group, so that this instance never applies."""
     counted = [need for need in action.required if need.atom.fluent in parts]
     for one, other in combinations(counted, 2):
@@ -362,7 +361,7 @@ def _is_inapplicable(action: ActionSummary, equal: _EqualTerms, parts: Mapping[s
     return False
 
 
-def _keys(atom: FluentAtom, parts: Mapping[str, CandidatePart]) -> tuple[Term, ...]:
+def _keys(atom: FluentAtom, parts: Mapping[str, InvariantPart]) -> tuple[Term, ...]:
     return tuple(atom.terms[key] for key in parts[atom.fluent].keys)
 
 
@@ -401,7 +400,7 @@ class _EqualTerms:
 # unbalanced: no fact of the group becomes false
 
 
-def _is_balanced(action: ActionSummary, change: AtomChange, parts: Mapping[str, CandidatePart]) -> bool:
+def _is_balanced(action: ActionSummary, change: AtomChange, parts: Mapping[str, InvariantPart]) -> bool:
     """Return whether the group of an added atom has a required fact that becomes false, or the atom is true before."""
     assert change.atom is not None, "`_refinements` refuses atoms that cannot be read"  # noqa: S101 - for the type
     if change.atom in change.required or RequiredAtom(change.atom, at_end=False) in action.required:
@@ -426,8 +425,8 @@ def _replaced(action: ActionSummary, change: AtomChange) -> Iterator[FluentAtom]
 
 
 def _balancing_parts(
-    action: ActionSummary, change: AtomChange, parts: Mapping[str, CandidatePart]
-) -> Iterator[CandidatePart]:
+    action: ActionSummary, change: AtomChange, parts: Mapping[str, InvariantPart]
+) -> Iterator[InvariantPart]:
     """Yield the fluents, with their keys, that balance the change if the candidate had them."""
     assert change.atom is not None, "`_refinements` refuses atoms that cannot be read"  # noqa: S101 - for the type
     keys = _keys(change.atom, parts)
@@ -438,4 +437,4 @@ def _balancing_parts(
         for chosen in permutations(indices, len(keys)):
             if tuple(atom.terms[index] for index in chosen) == keys:
                 rest = [index for index in indices if index not in chosen]
-                yield CandidatePart(atom.fluent, chosen, rest[0] if rest else None)
+                yield InvariantPart(atom.fluent, chosen, rest[0] if rest else None)

@@ -73,7 +73,7 @@ class NumberRanges:
                 bounds = self._after(action, effect)
                 if bounds is None:
                     message = f"nothing bounds `{name}`, which {action.name} changes"
-                    place = self._domain.inside_action(action.name, name)
+                    place = self._domain.inside_effect(action.name, name)
                     remedy = f"give its range: `--range {name}=0..10`"
                     self.errors.append(self._domain.error(message, place, remedy))
                     return low, high

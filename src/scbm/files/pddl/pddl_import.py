@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
-from typing import TYPE_CHECKING, TypeVar
+from functools import partial
+from itertools import combinations, product
+from typing import TYPE_CHECKING
 
 from scbm.files.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
 from scbm.files.pddl.import_names import ImportNames
 from scbm.files.pddl.number_ranges import NumberRanges
 from scbm.files.pddl.pddl_reader import conjuncts, inner_formulas, negated
 from scbm.files.pddl.pddl_task import FALSE, TRUE, PddlFormula
+from scbm.files.pddl.predicate_groups import PredicateGroups, without
 from scbm.files.spelling import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.files.pddl.action_cases import ActionCase
     from scbm.files.pddl.pddl_task import (
         Fact,
+        FactInvariant,
         FormulaKind,
         PddlDuration,
         PddlEffect,
@@ -28,8 +31,6 @@ if TYPE_CHECKING:
         PddlTask,
     )
     from scbm.files.pddl.pddl_text import PddlText
-
-_Item = TypeVar("_Item")
 
 _WIDTH = 110
 """A guard that is longer has one conjunct in each line."""
@@ -53,9 +54,32 @@ class PddlImportOptions:
     ranges: tuple[str, ...] = ()
 
 
-def imported_model(task: PddlTask, domain: PddlText, problem: PddlText, options: PddlImportOptions) -> str:
-    """Return the text of a model that means the same as a problem of PDDL. Raise `InputError` with all errors."""
-    return _ModelText(task, domain, problem, options).text()
+@dataclass(frozen=True, slots=True)
+class ImportedModel:
+    """A model for a problem of PDDL.
+
+    Attributes:
+        text: the text of the model.
+        warnings: what nothing proves about it.
+        domain: the text of the domain.
+        origins: finds the action of an operation, or the predicate of a variable, by the first line of its entry.
+    """
+
+    text: str
+    warnings: tuple[Diagnostic, ...]
+    domain: PddlText
+    origins: Mapping[int, Callable[[], Place]]
+
+    def at_origin(self, fault: Diagnostic) -> Diagnostic:
+        """Return an error about the text of the model with a place in the domain instead."""
+        lines = [line for line in self.origins if line <= fault.place.line]
+        place = self.origins[max(lines)]() if lines else self.domain.first("define")
+        return self.domain.error(f"the model would not load: {fault.message}", place, fault.remedy, fault.slug)
+
+
+def imported_model(task: PddlTask, domain: PddlText, problem: PddlText, options: PddlImportOptions) -> ImportedModel:
+    """Return a model that means the same as a problem of PDDL. Raise `InputError` with all errors."""
+    return _ModelText(task, domain, problem, options).model()
 
 
 class _ModelText:
@@ -63,7 +87,7 @@ class _ModelText:
         self._task = task
         self._domain = domain
         self._problem = problem
-        self._errors: dict[Diagnostic, None] = {}
+        self._errors = dict.fromkeys(task.errors)
         self._names = ImportNames(task)
         self._nothing = "nothing" if "nothing" not in task.objects else self._names.fresh("nothing")
         self._objects_of = {kind: self._objects(kind) for kind in task.types}
@@ -73,8 +97,12 @@ class _ModelText:
         self._ignored = dict.fromkeys(unread)
         self._static = {name: None for name, f in task.fluents.items() if name not in changed and not f.is_numeric}
         self._resources = self._resource_parameters(options.resources)
-        self._groups = self._chosen_groups(options.groups)
-        self._complete = {name: self._is_complete(name, index) for name, index in self._groups.items()}
+        groups = PredicateGroups(task, domain, problem, self._static, options.groups)
+        self._groups = groups.chosen
+        self._unproved = groups.unproved
+        self._complete = {name: groups.is_complete(name, self._objects_of) for name in self._groups}
+        self._warnings = tuple(groups.warnings)
+        self._errors |= groups.errors
         numbers = [f for n, f in task.fluents.items() if f.is_numeric and n not in self._ignored]
         self._ranges = NumberRanges(task, numbers, domain, options.ranges)
         self._errors |= dict.fromkeys(self._ranges.errors)
@@ -82,20 +110,31 @@ class _ModelText:
         self._latencies: dict[str, list[tuple[int, int]]] = {}
         self._resource_types: dict[str, dict[str, None]] = {}
         self._tables: list[str] = []
+        self._origins: dict[str, Callable[[], Place]] = {}
 
-    def text(self) -> str:
+    def model(self) -> ImportedModel:
+        lines = self._lines()
+        origins = {number: self._origins[line] for number, line in enumerate(lines, start=1) if line in self._origins}
+        return ImportedModel("\n".join(lines) + "\n", self._warnings, self._domain, origins)
+
+    def _order(self, error: Diagnostic) -> tuple[int, int, int]:
+        """Return the sort key of an error: those of the domain, of the problem, and of options, each from the top."""
+        files = [self._domain.file, self._problem.file]
+        return (files.index(error.place.file) if error.place.file in files else len(files), *error.order)
+
+    def _lines(self) -> list[str]:
         operations = [line for action in self._task.actions for line in self._operation_lines(action)]
         goals = self._goal_lines()
         variables = self._variable_lines()
         resources = self._resource_lines()
         if self._errors:
-            raise InputError(list(self._errors))
+            raise InputError(sorted(self._errors, key=self._order))
         used = "\n".join((*operations, *goals, *variables))
         tables = [*self._tables, *self._static_tables(used)]
         sections = [
             ("types", self._type_lines()),
             ("tables", tables),
-            ("variables", variables or ["  # none"]),
+            ("variables", variables),
             ("resources", resources),
             ("operations", operations),
             ("goals", goals),
@@ -104,13 +143,15 @@ class _ModelText:
         lines = [f"# Imported from PDDL: {self._domain.file}, {self._problem.file}"]
         if self._ignored:
             lines.append(f"# Left out, since no condition reads it: {', '.join(self._ignored)}")
+        if self._unproved:
+            lines.append(f"# Not proved to have one value at a time: {', '.join(self._unproved)}")
         lines.append(f"behavior_model: {name if name[:1].isalpha() else f'x{name}'}")
         for section, content in sections:
             if content:
                 lines += ["", f"{section}:", *content]
             elif section in {"variables", "operations"}:
                 lines += ["", f"{section}: {{}}"]
-        return "\n".join(lines) + "\n"
+        return lines
 
     # objects
 
@@ -158,90 +199,8 @@ class _ModelText:
             read |= _fluents_in(values)
         return read
 
-    # groups
-
-    def _chosen_groups(self, asked: tuple[str, ...]) -> dict[str, int]:
-        groups: dict[str, int] = {}
-        for text in asked:
-            chosen = self._asked_group(text)
-            if chosen is None:
-                continue
-            name, index = chosen
-            faults = list(self._group_faults(name, index))
-            self._errors |= dict.fromkeys(faults)
-            groups[name] = index
-        for name, index in self._task.exclusive.items():
-            usable = name not in self._static and name not in groups and name in self._task.fluents
-            if usable and not any(True for _ in self._group_faults(name, index)):
-                groups[name] = index
-        return groups
-
-    def _asked_group(self, text: str) -> tuple[str, int] | None:
-        name, _, parameter = text.lower().partition(".")
-        known = [n for n, f in self._task.fluents.items() if not f.is_numeric and n not in self._static]
-        known = [n for n in known if self._task.fluents[n].parameters]
-        if name not in known:
-            message = f"`{name}` is no predicate with parameters that changes"
-            self._wrong_option("--group", message, suggestion(name, known, "predicates"))
-            return None
-        names = [each for each, _ in self._task.fluents[name].parameters]
-        if not parameter:
-            return name, len(names) - 1
-        if parameter.lstrip("?") not in names:
-            message = f"`{name}` has no parameter `{parameter}`"
-            self._wrong_option("--group", message, suggestion(parameter, names, "parameters"))
-            return None
-        return name, names.index(parameter.lstrip("?"))
-
     def _wrong_option(self, option: str, message: str, remedy: str | None) -> None:
         self._errors[Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy)] = None
-
-    def _group_faults(self, name: str, index: int) -> Iterator[Diagnostic]:
-        """Yield the reasons why the values of a parameter cannot be those of one variable."""
-        seen: dict[Fact, str] = {}
-        for fact, value in self._task.initial[name].items():
-            if value:
-                objects, each = _without(fact, index), fact[index]
-                if objects in seen:
-                    message = f"`{name}` cannot be one variable: it holds for {seen[objects]} and {each} at first"
-                    yield self._problem.error(message, self._problem.first(name), "leave out its `--group`")
-                    break
-                seen[objects] = each
-        for action in self._task.actions:
-            effects = [effect for effect in action.effects if effect.fluent.name == name]
-            added = [e for e in effects if e.value == TRUE]
-            for effect in effects:
-                key = _without(effect.fluent.parts, index)
-                alike = [e for e in added if _without(e.fluent.parts, index) == key]
-                if effect.value == TRUE:
-                    if effect.variables or any(e.fluent != effect.fluent for e in alike):
-                        yield self._group_fault(action, name, "it adds several values of it")
-                elif not any(e.condition == effect.condition and not e.variables for e in alike):
-                    conditions = [c for each in (*action.conditions, effect.condition) for c in conjuncts(each)]
-                    if effect.variables or effect.fluent not in conditions:
-                        yield self._group_fault(
-                            action, name, "it deletes a value that its precondition does not require"
-                        )
-
-    def _group_fault(self, action: PddlLiftedAction, name: str, reason: str) -> Diagnostic:
-        message = f"`{name}` cannot be one variable because of {action.name}: {reason}"
-        place = self._domain.inside_action(action.name, name)
-        return self._domain.error(message, place, "leave out its `--group`")
-
-    def _is_complete(self, name: str, index: int) -> bool:
-        """Return whether some value of a group holds always, so that no value for nothing is needed."""
-        keys = [_without(fact, index) for fact, value in self._task.initial[name].items() if value]
-        types = _without(self._task.fluents[name].types, index)
-        if len(keys) != len(list(product(*(self._objects_of[t] for t in types)))):
-            return False
-        for action in self._task.actions:
-            effects = [effect for effect in action.effects if effect.fluent.name == name]
-            added = [(_without(e.fluent.parts, index), e.condition, e.moment) for e in effects if e.value == TRUE]
-            for effect in effects:
-                key = _without(effect.fluent.parts, index), effect.condition
-                if effect.value != TRUE and not any(a[:2] == key and a[2] >= effect.moment for a in added):
-                    return False
-        return True
 
     # conditions
 
@@ -322,7 +281,7 @@ class _ModelText:
         index = self._groups.get(formula.name)
         if index is None:
             return f"{self._reference(name, formula.parts, scope)} == {'true' if sign == '==' else 'false'}"
-        reference = self._reference(name, _without(formula.parts, index), scope)
+        reference = self._reference(name, without(formula.parts, index), scope)
         return f"{reference} {sign} {self._term(formula.parts[index], scope)}"
 
     def _reference(self, name: str, key: Iterable[PddlFormula], scope: Mapping[str, str]) -> str:
@@ -374,7 +333,9 @@ class _ModelText:
         lines: list[str] = []
         for name, fluent in self._task.fluents.items():
             if name not in self._static and name not in self._ignored:
-                lines += self._declaration(fluent)
+                declared = self._declaration(fluent)
+                self._origins |= dict.fromkeys(declared, partial(self._domain.declared, name))
+                lines += declared
         for resource, commands in self._commands.items():
             index = self._index_types(resource)
             domain = f"{{domain: [none, {', '.join(commands)}], initial: none}}"
@@ -384,12 +345,12 @@ class _ModelText:
     def _declaration(self, fluent: PddlFluent) -> list[str]:
         """Return the entries of a variable: one for each initial value."""
         name, index = fluent.name, self._groups.get(fluent.name)
-        parameters = fluent.parameters if index is None else _without(fluent.parameters, index)
+        parameters = fluent.parameters if index is None else without(fluent.parameters, index)
         keys = list(product(*(self._objects_of[kind] for _, kind in parameters)))
         if index is not None:
             kind = self._names.types[fluent.types[index]]
             domain = kind if self._complete[name] else f"[{kind}, {self._nothing}]"
-            held = {_without(f, index): self._names.objects[f[index]] for f, v in self._task.initial[name].items() if v}
+            held = {without(f, index): self._names.objects[f[index]] for f, v in self._task.initial[name].items() if v}
             values = {key: held.get(key, self._nothing) for key in keys}
         elif fluent.is_numeric:
             domain = self._ranges.shown(name)
@@ -452,7 +413,7 @@ class _ModelText:
     def _operation_lines(self, action: PddlLiftedAction) -> list[str]:
         action = replace(action, effects=tuple(e for e in action.effects if e.fluent.name not in self._ignored))
         try:
-            cases = cases_of(action, self._objects_of.__getitem__, self._change, self._simplified)
+            cases = cases_of(action, self._objects_of.__getitem__, self._change, self._simplified, self._exclude)
         except TooManyCasesError:
             message = f"{action.name} has more than {MAX_ACTION_CASES} cases: effects with conditions are told apart"
             place = self._domain.inside_action(action.name, "when")
@@ -466,8 +427,9 @@ class _ModelText:
         lines: list[str] = []
         name = self._names.actions[action.name]
         for case in cases:
-            made = self._case_lines(name, action, self._without_idle(case))
+            made = self._case_lines(name, action, self._with_one_value(self._without_idle(case)))
             if made:
+                self._origins[made[0]] = partial(self._domain.action, action.name)
                 lines += made
                 name = self._names.fresh(self._names.actions[action.name])
         return lines
@@ -478,7 +440,7 @@ class _ModelText:
         if index is None:
             return VariableChange(fluent.name, fluent.parts, effect.value, effect.kind, rank)
         value = fluent.parts[index] if effect.value == TRUE else None
-        return VariableChange(fluent.name, _without(fluent.parts, index), value, effect.kind, rank)
+        return VariableChange(fluent.name, without(fluent.parts, index), value, effect.kind, rank)
 
     def _condition_of(self, change: VariableChange) -> PddlFormula | None:
         """Return the fact that makes a change change nothing; `None` for numbers and for groups without a value."""
@@ -500,17 +462,46 @@ class _ModelText:
         index = self._groups[change.fluent]
         for condition in case.conditions:
             same = condition.kind == "fluent" and condition.name == change.fluent
-            if same and _without(condition.parts, index) == change.key:
+            if same and without(condition.parts, index) == change.key:
                 old, new = condition.parts[index], changes[0].value
-                different = negated(PddlFormula("equals", (old, new)))
-                swapped = negated(PddlFormula("equals", (new, old)))
-                known = different in case.conditions or swapped in case.conditions
+                pairs = [PddlFormula("equals", both) for both in ((old, new), (new, old))]
+                if any(pair in case.conditions for pair in pairs):
+                    return replace(case, changes=())
+                known = any(negated(pair) in case.conditions for pair in pairs)
                 if not known and "parameter" in {old.kind, new.kind}:
-                    return replace(case, conditions=(*case.conditions, different))
+                    return replace(case, conditions=(*case.conditions, negated(pairs[0])))
         return case
 
+    def _exclude(self, conditions: Sequence[PddlFormula]) -> bool:
+        """Return whether conditions require two facts that are proved to exclude each other."""
+        facts = [each for each in conditions if each.kind == "fluent"]
+        return any(
+            first.name != second.name and self._are_exclusive(invariant, first, second)
+            for first, second in combinations(facts, 2)
+            for invariant in self._task.invariants
+        )
+
+    @staticmethod
+    def _are_exclusive(invariant: FactInvariant, first: PddlFormula, second: PddlFormula) -> bool:
+        parts = {part.fluent: part.keys for part in invariant}
+        if first.name not in parts or second.name not in parts:
+            return False
+        keys = ([fact.parts[index] for index in parts[fact.name]] for fact in (first, second))
+        return next(keys) == next(keys)
+
+    def _with_one_value(self, case: ActionCase) -> ActionCase:
+        """Return a case in which two values that it requires of one group are equal."""
+        values: dict[tuple[str, tuple[PddlFormula, ...]], PddlFormula] = {}
+        equalities: list[PddlFormula] = []
+        for each in case.conditions:
+            index = self._groups.get(each.name) if each.kind == "fluent" else None
+            if index is not None:
+                value = values.setdefault((each.name, without(each.parts, index)), each.parts[index])
+                equalities.append(self._simplified(PddlFormula("equals", (value, each.parts[index]))))
+        return replace(case, conditions=(*case.conditions, *(each for each in equalities if each != TRUE)))
+
     def _case_lines(self, name: str, action: PddlLiftedAction, case: ActionCase) -> list[str]:
-        if not case.changes:
+        if not case.changes or FALSE in case.conditions:
             return []
         scope = self._names.parameters([parameter for parameter, _ in case.parameters])
         static = [c for c in case.conditions if self._is_static(c) and case.parameters]
@@ -659,10 +650,6 @@ class _ModelText:
         if len(parts) > 1:
             return _guard_lines("  goal", [self._shown(part, {}, inner=True) for part in parts])
         return _guard_lines("  goal", [self._shown(part, {}) for part in parts])
-
-
-def _without(items: Sequence[_Item], index: int) -> tuple[_Item, ...]:
-    return (*items[:index], *items[index + 1 :])
 
 
 def _fluents_in(formulas: Iterable[PddlFormula]) -> dict[str, None]:

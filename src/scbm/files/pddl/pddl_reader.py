@@ -6,7 +6,7 @@ import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from scbm.files.pddl.exclusive import exclusive_parameters
+from scbm.files.pddl.exclusive import proved_invariants
 from scbm.files.pddl.pddl_task import (
     FALSE,
     TRUE,
@@ -22,7 +22,7 @@ from scbm.model import Diagnostic, InputError, Place, Slug
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.files.pddl.pddl_task import FormulaKind
+    from scbm.files.pddl.pddl_task import EffectKind, FormulaKind
     from scbm.files.pddl.pddl_text import PddlText
     from scbm.model import Diagnostic as Error
 
@@ -41,28 +41,51 @@ _KINDS: dict[str, FormulaKind] = {
 """The operators of `unified-planning` that are those of a formula."""
 
 _REFUSED = {
-    ":derived": "derived predicates",
-    ":constraints": "constraints on plans",
-    "preference": "preferences",
-    ":process": "processes",
-    ":event": "events",
-    "either": "`either`",
-    "#t": "continuous effects",
+    ":derived": ("derived predicates", "all"),
+    ":constraints": ("constraints on plans", "all"),
+    ":process": ("processes", "all"),
+    ":event": ("events", "all"),
+    "preference": ("preferences", "last"),
+    "either": ("`either`", "next"),
+    "scale-up": ("products", "increase"),
+    "scale-down": ("quotients", "decrease"),
 }
-"""Sections and words of PDDL that a model cannot express."""
+"""Expressions that a model cannot express, by their first word, and what of each is read to find further errors."""
+
+_BLANKS = {":metric": "all", **{word: kept for word, (_, kept) in _REFUSED.items()}}
+"""What the library does not get to read; a metric says nothing about the length of plans."""
 
 
 def read_pddl(domain: PddlText, problem: PddlText) -> PddlTask:
-    """Return the problem of a domain. Raise `InputError` with all errors, or if the extra is missing."""
+    """Return the problem of a domain, with what a model cannot express as its errors.
+
+    Raise `InputError` if the files are no PDDL, or if the extra is missing.
+    """
     refused = [
         text.error(f"{what} cannot be expressed in a model", place, "leave them out of the import")
         for text in (domain, problem)
-        for word, what in _REFUSED.items()
-        if (place := text.first(word, f"({word}")).line
+        for word, (what, _) in _REFUSED.items()
+        for place in text.sections(word)
     ]
-    if refused:
-        raise InputError(refused)
-    return _TaskReader(domain, problem).task(_parsed(domain, problem))
+    refused += [
+        domain.error("changes that go on with time cannot be expressed in a model", place, "write an effect at the end")
+        for place in domain.uses("#t")
+    ]
+    refused += [
+        text.error("functions whose values are objects cannot be expressed in a model", place, "write a predicate")
+        for text in (domain, problem)
+        for place in text.object_functions()
+    ]
+    refused += [
+        problem.error("facts at given times cannot be expressed in a model", place, "leave them out of the import")
+        for place in problem.timed_facts()
+    ]
+    try:
+        parsed = _parsed(domain, problem)
+    except InputError as error:
+        missing = any(each.slug == Slug.PDDL_MISSING for each in error.diagnostics)
+        raise InputError(error.diagnostics if missing or not refused else refused) from None
+    return _TaskReader(domain, problem, refused).task(parsed)
 
 
 def _parsed(domain: PddlText, problem: PddlText) -> Any:  # noqa: ANN401 - a library that is optional, without types
@@ -74,12 +97,13 @@ def _parsed(domain: PddlText, problem: PddlText) -> Any:  # noqa: ANN401 - a lib
         message = "unified-planning is not installed, which reads PDDL"
         remedy = "run `pip install 'scbm[pddl]'`"
         raise InputError([Diagnostic(Slug.PDDL_MISSING, message, Place("scbm import pddl"), remedy)]) from None
+    first, second = domain.without(_BLANKS), problem.without(_BLANKS)
     try:
-        return reader().parse_problem_string(domain.text, problem.text)
+        return reader().parse_problem_string(first, second)
     except Exception as error:  # noqa: BLE001 - the library raises errors of many kinds for wrong files
         fault = error
     try:  # only for wrong files: the library reads about 100 actions in a second
-        reader().parse_problem_string(domain.text)
+        reader().parse_problem_string(first)
     except Exception as error:  # noqa: BLE001 - the same
         raise InputError([_syntax_error(domain, error)]) from None
     raise InputError([_syntax_error(problem, fault)]) from None
@@ -88,7 +112,7 @@ def _parsed(domain: PddlText, problem: PddlText) -> Any:  # noqa: ANN401 - a lib
 def _syntax_error(text: PddlText, error: Exception) -> Error:
     shown = " ".join(str(error).split()) or type(error).__name__
     match = _LINE_AND_COLUMN.search(shown)
-    place = Place(text.file)
+    place = text.first("define")
     if match is not None:
         place = text.at(int(match["line"] or match["l"]), int(match["column"] or match["c"]))
         shown = shown[: match.start()].removesuffix("From ").rstrip(" (.,")
@@ -99,10 +123,10 @@ def _syntax_error(text: PddlText, error: Exception) -> Error:
 class _TaskReader:
     """Turns a problem of `unified-planning` into a task, and collects what a model cannot express."""
 
-    def __init__(self, domain: PddlText, problem: PddlText) -> None:
+    def __init__(self, domain: PddlText, problem: PddlText, refused: list[Error]) -> None:
         self._domain = domain
         self._problem = problem
-        self._errors: dict[Error, None] = {}
+        self._errors = dict.fromkeys(refused)
         self._action: str | None = None
 
     def task(self, problem: Any) -> PddlTask:  # noqa: ANN401 - of the library
@@ -125,10 +149,7 @@ class _TaskReader:
             objects = tuple(argument.object().name for argument in fact.args)
             number = self._constant(value, fact.fluent().name)
             initial[fact.fluent().name][objects] = number
-        for timed in getattr(problem, "timed_effects", None) or ():
-            self._refuse(f"facts at given times cannot be expressed in a model ({timed})", "at")
-        if self._errors:
-            raise InputError(list(self._errors))
+        invariants = proved_invariants(problem)
         return PddlTask(
             problem.name or "imported",
             types,
@@ -137,7 +158,9 @@ class _TaskReader:
             actions,
             initial,
             goals,
-            exclusive_parameters(problem),
+            invariants.exclusive,
+            invariants.all,
+            tuple(self._errors),
         )
 
     def _refuse(self, message: str, *words: str, remedy: str | None = None) -> None:
@@ -176,28 +199,26 @@ class _TaskReader:
         return tuple(dict.fromkeys(conditions)), effects
 
     def _effect(self, effect: Any, moment: int) -> PddlEffect:  # noqa: ANN401 - of the library
-        kinds = {"ASSIGN": "assign", "INCREASE": "increase", "DECREASE": "decrease"}
-        kind = kinds.get(effect.kind.name)
-        if kind is None:
-            self._refuse(f"the effect on {effect.fluent.fluent().name} changes with time", effect.fluent.fluent().name)
-            kind = "assign"
+        kinds: dict[str, EffectKind] = {"ASSIGN": "assign", "INCREASE": "increase", "DECREASE": "decrease"}
         variables = tuple((each.name, _type_name(each.type)) for each in effect.forall)
         return PddlEffect(
             self._formula(effect.fluent),
             self._formula(effect.value),
-            kind,  # type: ignore[arg-type] # mypy does not follow the values of a dictionary
+            kinds[effect.kind.name],
             self._formula(effect.condition),
             variables,
             moment,
         )
 
-    def _constant(self, value: Any, name: str) -> int:  # noqa: ANN401 - of the library
+    def _constant(self, value: Any, fluent: str = "") -> int:  # noqa: ANN401 - of the library
         if value.is_bool_constant():
             return int(value.bool_constant_value())
         number = value.constant_value()
         if number != int(number):
-            message = f"{name} has the value {number}, and variables have whole numbers"
-            self._refuse(message, name, remedy="write it in smaller units")
+            shown = f"{float(number):g}"
+            of = f", the value of `{fluent}`," if fluent else ""
+            message = f"{shown}{of} is no whole number, and variables have whole numbers"
+            self._refuse(message, shown, *([fluent] if fluent else []), remedy="write it in smaller units")
         return int(number)
 
     def _formula(self, node: Any) -> PddlFormula:  # noqa: ANN401, C901, PLR0911 - of the library; a branch for each kind
@@ -205,7 +226,7 @@ class _TaskReader:
         if node.is_bool_constant():
             return TRUE if node.bool_constant_value() else FALSE
         if kind in {"INT_CONSTANT", "REAL_CONSTANT"}:
-            return PddlFormula("number", number=self._constant(node, str(node)))
+            return PddlFormula("number", number=self._constant(node))
         if node.is_fluent_exp():
             return PddlFormula("fluent", tuple(map(self._formula, node.args)), node.fluent().name)
         if node.is_parameter_exp():

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from scbm.model import Diagnostic
 
 FormulaKind: TypeAlias = Literal[
     "and", "or", "not", "forall", "exists", "fluent", "parameter", "object", "number", "equals", "<=", "<", "+", "-"
@@ -96,6 +98,27 @@ Fact: TypeAlias = "tuple[str, ...]"
 """The objects that a fluent is about."""
 
 
+class InvariantPart(NamedTuple):
+    """One fluent of an invariant.
+
+    Attributes:
+        fluent: the name of the fluent.
+        keys: for each key of the invariant, the index of the parameter of this fluent.
+        counted: the index of the parameter that is counted; `None` if there is none.
+    """
+
+    fluent: str
+    keys: tuple[int, ...]
+    counted: int | None
+
+
+FactInvariant: TypeAlias = tuple[InvariantPart, ...]
+"""Fluents of which at most one fact is true in each reachable state, for each choice of objects for the keys.
+
+Each part has another fluent; the parts are in the order of the names.
+"""
+
+
 @dataclass(frozen=True, slots=True)
 class PddlTask:
     """A domain with one problem.
@@ -107,6 +130,8 @@ class PddlTask:
         fluents: predicates and numeric functions, by name.
         initial: the values of each fluent that the problem gives.
         exclusive: for fluents, the parameter whose values are proved to exclude each other.
+        invariants: which facts are proved to exclude each other.
+        errors: what a model cannot express; a condition `TRUE` stands for it.
     """
 
     name: str
@@ -117,3 +142,5 @@ class PddlTask:
     initial: Mapping[str, Mapping[Fact, int]]
     goals: tuple[PddlFormula, ...]
     exclusive: Mapping[str, int] = field(default_factory=dict)
+    invariants: tuple[FactInvariant, ...] = ()
+    errors: tuple[Diagnostic, ...] = ()

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.model import Diagnostic, Place, Slug
 
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+_ACTIONS = (":action", ":durative-action")
 _TOKEN = re.compile(r";[^\n]*|[()]|[^\s();]+")
 
 
@@ -28,23 +32,40 @@ class PddlText:
 
     def action(self, name: str) -> Place:
         """Return the place of the name of an action; that of the whole text if it is not found."""
-        sections = (":action", ":durative-action")
-        for index, token in enumerate(self._tokens[:-1]):
-            if token.word in sections and self._tokens[index + 1].word == name.lower():
-                return self._place(index + 1)
-        return Place(self.file)
+        index = self._action_index(name)
+        return Place(self.file) if index is None else self._place(index)
 
     def inside_action(self, action: str, name: str) -> Place:
         """Return the place of the first use of `name` in an action; that of the action if there is none."""
-        found = self.action(action)
-        inside = [i for i, token in enumerate(self._tokens) if self._position(token.begin) > (found.line, found.column)]
-        for index in inside if found.line else ():
-            word = self._tokens[index].word
-            if word in {":action", ":durative-action"}:
+        begin = self._action_index(action)
+        index = self._next_in_action(begin, name)
+        return self.action(action) if index is None else self._place(index)
+
+    def inside_effect(self, action: str, *fact: str) -> Place:
+        """Return the place of the name of a fact in the effect of an action; else as `inside_action`.
+
+        `fact` is the name, and the arguments as far as they are known: `at`, `?r`, `?z`.
+        """
+        effect = self._next_in_action(self._action_index(action), ":effect")
+        index = self._next_in_action(effect, *fact)
+        return self.inside_action(action, fact[0]) if index is None else self._place(index)
+
+    def _action_index(self, name: str) -> int | None:
+        words = [token.word for token in self._tokens]
+        return next(
+            (i + 1 for i, word in enumerate(words[:-1]) if word in _ACTIONS and words[i + 1] == name.lower()), None
+        )
+
+    def _next_in_action(self, begin: int | None, *words: str) -> int | None:
+        """Return the index of the next use of words in a row, before another action begins."""
+        wanted = [word.lower() for word in words]
+        for index in range(len(self._tokens) if begin is None else begin + 1, len(self._tokens)):
+            found = [token.word for token in self._tokens[index : index + len(wanted)]]
+            if found[0] in _ACTIONS:
                 break
-            if word == name.lower():
-                return self._place(index)
-        return found
+            if found == wanted:
+                return index
+        return None
 
     def first(self, *words: str) -> Place:
         """Return the place of the first of these words that the text has; that of the whole text if it has none."""
@@ -53,6 +74,91 @@ class PddlText:
                 if token.word == word.lower():
                     return self._place(index)
         return Place(self.file)
+
+    def declared(self, name: str) -> Place:
+        """Return the place where a predicate or a function is declared; that of its first use if it is not found."""
+        for section in (":predicates", ":functions"):
+            for begin, end in self._expressions(section):
+                for index in range(begin + 1, end):
+                    if self._tokens[index].word == "(" and self._tokens[index + 1].word == name.lower():
+                        return self._place(index + 1)
+        return self.first(name)
+
+    def initial_fact(self, name: str, objects: Sequence[str]) -> Place:
+        """Return the place of a fact of the initial state; that of the first use of its name if it is not found."""
+        words = ["(", name.lower(), *(each.lower() for each in objects), ")"]
+        for begin, end in self._expressions(":init"):
+            for index in range(begin, end):
+                if [token.word for token in self._tokens[index : index + len(words)]] == words:
+                    return self._place(index + 1)
+        return self.first(name)
+
+    def sections(self, word: str) -> list[Place]:
+        """Return the places of all expressions that begin with a word."""
+        return [self._place(begin + 1) for begin, _ in self._expressions(word)]
+
+    def uses(self, word: str) -> list[Place]:
+        """Return the places of all uses of a word."""
+        return [self._place(index) for index, token in enumerate(self._tokens) if token.word == word]
+
+    def object_functions(self) -> list[Place]:
+        """Return the places of the types of functions whose values are no numbers."""
+        found = []
+        for begin, end in self._expressions(":functions"):
+            for index in range(begin, end - 1):
+                before, sign, kind = (token.word for token in self._tokens[index : index + 3])
+                if (before, sign) == (")", "-") and kind != "number":
+                    found.append(self._place(index + 2))
+        return found
+
+    def timed_facts(self) -> list[Place]:
+        """Return the places of facts that become true or false at a given time: `(at 5 (open door))`."""
+        found = []
+        for begin, end in self._expressions(":init"):
+            for index in range(begin, end - 1):
+                words = [token.word for token in self._tokens[index : index + 3]]
+                if words[:2] == ["(", "at"] and words[2].replace(".", "", 1).isdigit():
+                    found.append(self._place(index + 1))
+        return found
+
+    def without(self, blanks: Mapping[str, str]) -> str:
+        """Return the text without the expressions that begin with some words; all places stay.
+
+        `blanks` says for each word what replaces its expressions: `all` for nothing, `last` for their last part, `next`
+        for the part after the word; other values replace the word itself.
+        """
+        text = list(self.text)
+        for word, kept in blanks.items():
+            for begin, end in self._expressions(word):
+                first, last = self._tokens[begin].begin, self._tokens[end].begin + 1
+                inside = range(first, first) if kept == "all" else self._kept_part(begin, end, kept)
+                for position in range(first, last):
+                    if position not in inside and text[position] != "\n":
+                        text[position] = " "
+                if kept not in {"all", "last", "next"}:
+                    at = self._tokens[begin + 1].begin
+                    text[at : at + len(word)] = kept.ljust(len(word))
+        return "".join(text)
+
+    def _kept_part(self, begin: int, end: int, kept: str) -> range:
+        if kept == "next":
+            token = self._tokens[begin + 2]
+            return range(token.begin, token.begin + len(token.word))
+        if kept == "last":
+            opening = [i for i in range(begin + 1, end) if self._tokens[i].word == "("]
+            return range(self._tokens[opening[0]].begin if opening else 0, self._tokens[end].begin if opening else 0)
+        return range(self._tokens[begin].begin, self._tokens[end].begin + 1)
+
+    def _expressions(self, word: str) -> Iterator[tuple[int, int]]:
+        """Yield the indices of the brackets around each expression that begins with a word."""
+        for begin in range(len(self._tokens) - 1):
+            if self._tokens[begin].word == "(" and self._tokens[begin + 1].word == word:
+                depth = 0
+                for end in range(begin, len(self._tokens)):
+                    depth += {"(": 1, ")": -1}.get(self._tokens[end].word, 0)
+                    if not depth:
+                        yield begin, end
+                        break
 
     def at(self, line: int, column: int) -> Place:
         """Return the place of a line and a column, each from 1, within the text."""

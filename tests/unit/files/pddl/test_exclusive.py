@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from scbm.files.pddl.exclusive import exclusive_parameters
+from scbm.files.pddl.exclusive import proved_invariants
+from scbm.files.pddl.pddl_task import FactInvariant, InvariantPart
 from support.profiles import share
 from support.published_pddl import PUBLISHED
 
@@ -48,6 +49,10 @@ def problem(domain: str, objects: str, init: str) -> Any:  # noqa: ANN401 - a cl
     return _reader().parse_problem_string(f"{head}{domain})", task)
 
 
+def exclusive_parameters(problem: Any) -> dict[str, int]:  # noqa: ANN401 - as above
+    return proved_invariants(problem).exclusive
+
+
 def move(needs: str = "(at ?r ?from)", effects: str = MOVED, init: str = "(at r1 a) (at r2 a)") -> dict[str, int]:
     return exclusive_parameters(problem(MOVE.format(needs=needs, effects=effects), ROBOTS, init))
 
@@ -56,6 +61,12 @@ def test_an_invariant_may_need_several_fluents() -> None:
     tower = problem(BLOCKS, "a b c - block", "(hand-empty) (on-table a) (on b a) (clear b) (on-table c) (clear c)")
     # {on, on-table, holding} of the upper block; {holding, hand-empty} without a key
     assert exclusive_parameters(tower) == {"on": 1, "holding": 0}
+
+
+def test_a_block_is_on_another_one_or_clear_or_held() -> None:
+    tower = problem(BLOCKS, "a b c - block", "(hand-empty) (on-table a) (on b a) (clear b) (on-table c) (clear c)")
+    one_of = (InvariantPart("clear", (0,), None), InvariantPart("holding", (0,), None), InvariantPart("on", (1,), 0))
+    assert one_of in proved_invariants(tower).all
 
 
 def test_the_last_parameter_that_is_exclusive_counts() -> None:
@@ -245,6 +256,13 @@ def _is_exclusive(fluent: str, counted: int, states: set[frozenset[Fact]]) -> bo
     return True
 
 
+def _has_one_fact(invariant: FactInvariant, state: frozenset[Fact]) -> bool:
+    groups = [
+        tuple(fact[1 + key] for key in part.keys) for part in invariant for fact in state if fact[0] == part.fluent
+    ]
+    return len(groups) == len(set(groups))
+
+
 def _as_problem(start: set[Fact], actions: list[RandomAction]) -> Any:  # noqa: ANN401 - as above
     up = import_module("unified_planning.shortcuts")
     kinds = {kind: up.UserType(kind) for kind in OBJECTS}
@@ -273,17 +291,21 @@ def _as_problem(start: set[Fact], actions: list[RandomAction]) -> Any:  # noqa: 
 
 
 def test_what_is_proved_holds_in_all_states_of_random_problems() -> None:
-    proved = missed = 0
+    proved = missed = several = 0
     for number in range(share(1000)):
         random = Random(number)
         actions = [_drawn_action(random) for _ in range(random.randint(1, 2))]
         start = {("p", "s1"), ("q", "s1", "t1"), ("q", "s2", "t1"), ("r",), ("u", "t1", "t2"), ("u", "t2", "t3")}
         start = {fact for fact in sorted(start) if random.random() < 0.7}
-        found = exclusive_parameters(_as_problem(start, actions))
+        invariants, found = proved_invariants(_as_problem(start, actions))
         states = _reachable(frozenset(start), actions)
         for fluent, index in found.items():
             assert _is_exclusive(fluent, index + 1, states), (number, fluent, index)
+        for invariant in invariants:
+            assert all(_has_one_fact(invariant, state) for state in states), (number, invariant)
+        several += sum(len(invariant) > 1 for invariant in invariants)
         changed = {fluent for action in actions for fluent, *_ in (*action.deleted, *action.added)}
         proved += len(found)
         missed += sum(_is_exclusive(f, 1, states) for f in changed - found.keys() if FLUENTS[f])
     assert proved > missed / 3 > 0, (proved, missed)  # it proves something, although not everything
+    assert several > 0

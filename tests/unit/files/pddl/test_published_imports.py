@@ -69,7 +69,9 @@ def optimal_length(domain: Path, problem: Path) -> int:
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_an_imported_problem_has_plans_of_the_published_length(name: str, scbm: Scbm, tmp_path: Path) -> None:
     model = imported(name, scbm, tmp_path)
-    assert scbm("check", model).code == 0
+    clean = name.startswith(("blocks", "gripper", "plansys2-factory"))
+    # Other problems have trucks that never leave their city, samples that are nowhere, and facts that nothing reads.
+    assert scbm("check", "--strict", model).code == (0 if clean else 1)
     assert shortest(load_model(model)) == PUBLISHED[name][2]
 
 
