@@ -33,6 +33,7 @@ from scbm.cases.trace import End
 from scbm.model import BehaviorModel, Outcome, Requirement, Resource, Role, State, Variable, format_value
 from scbm.model.sources import outside_values
 from support.strategies import SECOND_NS, predicates, sentences
+from support.strings import matching
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -45,7 +46,7 @@ TIMES_NS = st.one_of(
     st.integers(0, MAX_NS),
 )
 SHARES = st.integers(0, 1000).map(lambda thousandths: Fraction(thousandths, 1000))
-DIGESTS = st.from_regex("[0-9a-f]{64}", fullmatch=True)
+DIGESTS = matching("[0-9a-f]{64}")
 ENDS = [end for end in End if end is not End.LOST]
 """A run that was lost did not end."""
 
@@ -64,7 +65,7 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
     requirements = [Requirement(f"own{index}", draw(sentences(everything))) for index in range(draw(st.integers(0, 2)))]
     origin = draw(optional(st.builds(Origin, st.integers(-(10**20), 10**20), st.integers(1, 10**6), st.booleans())))
     return Case(
-        draw(st.from_regex(r"[A-Za-z_][A-Za-z0-9_.-]{0,20}", fullmatch=True)),
+        draw(matching(r"[A-Za-z_][A-Za-z0-9_.-]{0,20}")),
         goal,
         predicate,
         State(model.space, {variable.name: draw(st.sampled_from(variable.domain.values)) for variable in model.space}),

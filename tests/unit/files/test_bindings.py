@@ -39,6 +39,7 @@ from scbm.model import (
     Variable,
 )
 from support.models import scan_cell
+from support.strings import CHARACTERS, matching
 from support.wording import Wording
 
 MODEL = read_model("""
@@ -376,9 +377,9 @@ def test_bindings_do_not_change_what_distinguishes_models() -> None:
 
 VARIABLES = {variable.name: variable for variable in MODEL.variables}
 SCANNER = resource(MODEL, "scanner")
-names = st.from_regex(r"(/[A-Za-z]([A-Za-z0-9]|_[a-z]){0,5}){1,3}", fullmatch=True)
+names = matching(r"(/[A-Za-z]([A-Za-z0-9]|_[a-z]){0,5}){1,3}")
 floats = st.floats(allow_nan=False, allow_infinity=False)
-texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=6)
+texts = st.text(CHARACTERS, max_size=6)
 
 
 def literals(kind: FieldType) -> st.SearchStrategy[Scalar]:
@@ -428,7 +429,7 @@ def readable(variable: Variable, kinds: list[FieldType]) -> list[FieldType]:
 @st.composite
 def calls(draw: st.DrawFn) -> ServiceCall:
     name, index = draw(names), draw(st.integers(0, 10**6))
-    fields = st.lists(st.tuples(st.from_regex(r"[a-z](_?[a-z0-9]){0,4}", fullmatch=True), st.sampled_from(FieldType)))
+    fields = st.lists(st.tuples(matching(r"[a-z](_?[a-z0-9]){0,4}"), st.sampled_from(FieldType)))
     kinds = [tuple(draw(fields.map(dict)).items()) for _ in range(2)]
     described = ServiceType(f"p/srv/T{index}", *kinds)
     kind = draw(st.sampled_from([TRIGGER, SET_BOOL, described]))

@@ -20,12 +20,14 @@ from scbm.model.json_reader import (
     read_json_object,
     value_positions,
 )
+from support.strings import CHARACTERS
 from support.wording import Wording
 
 MAX = 1_000
+TEXTS = st.text(CHARACTERS)
 JSON = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.text(),
-    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    st.none() | st.booleans() | st.integers() | TEXTS,
+    lambda inner: st.lists(inner) | st.dictionaries(TEXTS, inner),
     max_leaves=8,
 )
 

@@ -23,9 +23,10 @@ from scbm.nodes.node_messages import (
     read_fraction,
     read_object,
 )
+from support.strings import CHARACTERS
 from support.wording import Wording
 
-TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
+TEXTS = st.text(CHARACTERS, max_size=20)
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | TEXTS,
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
@@ -73,7 +74,7 @@ def test_what_is_sent_is_json_that_a_person_can_read() -> None:
     assert "läuft" in encode(Abandon("läuft"))
 
 
-@given(st.one_of(JSON.map(json.dumps), st.text(), st.binary(), JSON))
+@given(st.one_of(JSON.map(json.dumps), TEXTS, st.binary(), JSON))
 def test_anything_else_is_refused(data: object) -> None:
     with pytest.raises(NotAMessageError):
         decode(data)

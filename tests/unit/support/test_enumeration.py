@@ -160,7 +160,11 @@ def test_a_fork_goes_on_by_itself() -> None:
     assert not runner.state["box_is_scanned"]
 
 
-@pytest.mark.parametrize("number", range(2, 202, 200 // share(25, least=1)))
+SMALL_FIRST = sorted(range(2, 202, 8), key=lambda number: number not in {2, 106, 114})
+"""Numbers of random models: a usual run takes those at the front, which are enumerated completely, and fastest."""
+
+
+@pytest.mark.parametrize("number", SMALL_FIRST[: share(25, least=3)])
 def test_random_runs_visit_nothing_else(number: int) -> None:
     assert unexpected(random_model(number), cases=40) == []
 
