@@ -50,60 +50,33 @@ def command(
     *,
     suite: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--suite",
-            metavar="CASES",
-            help="Case files, or a directory of them, to run first.",
-            rich_help_panel=HelpSection.CASES,
-        ),
+        HelpSection.CASES.option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
     ] = None,
     cases: Annotated[
         int,
-        typer.Option(
-            "--cases",
-            metavar="N",
-            min=0,
-            max=10_000_000,
-            help="Number of random cases to run first.",
-            rich_help_panel=HelpSection.CASES,
+        HelpSection.CASES.option(
+            "--cases", metavar="N", min=0, max=10_000_000, help="Number of random cases to run first."
         ),
     ] = 0,
-    seed: Annotated[
-        int, typer.Option("--seed", help="Seed of the random cases.", rich_help_panel=HelpSection.CASES)
-    ] = 0,
+    seed: Annotated[int, HelpSection.CASES.option("--seed", help="Seed of the random cases.")] = 0,
     one_case_each: Annotated[
         bool,
-        typer.Option(
-            "--one-case-each",
-            help="Write the shortest case for each obligation, instead of few cases that visit much.",
-            rich_help_panel=HelpSection.CASES,
+        HelpSection.CASES.option(
+            "--one-case-each", help="Write the shortest case for each obligation, instead of few cases that visit much."
         ),
     ] = False,
     requirements: Annotated[
-        bool,
-        typer.Option(
-            "--requirements",
-            help="Prove or refute the built-in requirements, too.",
-            rich_help_panel=HelpSection.CASES,
-        ),
+        bool, HelpSection.CASES.option("--requirements", help="Prove or refute the built-in requirements, too.")
     ] = False,
     jobs: Jobs = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            metavar="DIRECTORY",
-            help="Directory for cases and certificates.",
-            rich_help_panel=HelpSection.OUTPUT,
-        ),
+        HelpSection.OUTPUT.option("--out", metavar="DIRECTORY", help="Directory for cases and certificates."),
     ] = None,
     write: Annotated[
         list[str] | None,
-        typer.Option(
-            "--write",
-            metavar="NAME",
-            help="Write this suggested goal into the model; `all` writes all.",
-            rich_help_panel=HelpSection.OUTPUT,
+        HelpSection.OUTPUT.option(
+            "--write", metavar="NAME", help="Write this suggested goal into the model; `all` writes all."
         ),
     ] = None,
     waivers: WaiversFile = None,
@@ -116,7 +89,7 @@ def command(
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
+    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Generate cases for all that no case visits, or prove that no case can visit it. --check: check such proofs."""
     if check:

@@ -42,12 +42,7 @@ def command(
     *,
     suite: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--suite",
-            metavar="CASES",
-            help="Case files, or a directory of them, to run first.",
-            rich_help_panel=HelpSection.CASES,
-        ),
+        HelpSection.CASES.option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
     ] = None,
     waivers: WaiversFile = None,
     max_states: MaxStates = DEFAULT_LIMITS.situations,
@@ -58,7 +53,7 @@ def command(
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
+    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
     options = PlannerOptions(planner, max_length, max_expanded, plans=plans)

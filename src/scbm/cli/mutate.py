@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from scbm.cli.campaigns.git_revision import changed_since
 from scbm.cli.campaigns.mutation_campaign import (
     MutationOptions,
@@ -34,49 +32,40 @@ def command(
     require: Require = None,
     oracle: Annotated[
         str | None,
-        typer.Option(
+        HelpSection.VERDICTS.option(
             "--oracle",
             metavar="recorded",
             help="Fail a case also if it does something else than on the model: `recorded`.",
-            rich_help_panel=HelpSection.VERDICTS,
         ),
     ] = None,
     fail_under: Annotated[
         list[str] | None,
-        typer.Option(
+        HelpSection.VERDICTS.option(
             "--fail-under",
             metavar="PERCENT",
             help="Exit with 1 if fewer per cent of the mutants are killed: `mutants=90`.",
-            rich_help_panel=HelpSection.VERDICTS,
         ),
     ] = None,
     operators: Annotated[
         list[str] | None,
-        typer.Option(
+        HelpSection.RUNNING.option(
             "--operators",
             metavar="NAMES",
             help="Only these mutation operators, or groups of them: `guards,deadline-none`.",
-            rich_help_panel=HelpSection.RUNNING,
         ),
     ] = None,
     since: Annotated[
         str | None,
-        typer.Option(
+        HelpSection.RUNNING.option(
             "--since",
             metavar="REVISION",
             help="Only mutants of what changed in the model since this revision in git: `main`.",
-            rich_help_panel=HelpSection.RUNNING,
         ),
     ] = None,
     jobs: Jobs = None,
     time_limit: Annotated[
         str | None,
-        typer.Option(
-            "--time-limit",
-            metavar="DURATION",
-            help="Simulated time for each case. [1 h]",
-            rich_help_panel=HelpSection.RUNNING,
-        ),
+        HelpSection.RUNNING.option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]"),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
@@ -84,48 +73,32 @@ def command(
     plans: Plans = None,
     equivalence: Annotated[
         bool,
-        typer.Option(
-            "--equivalence/--no-equivalence",
-            help="Prove that mutants are equivalent, or find witnesses.",
-            rich_help_panel=HelpSection.LIMITS,
+        HelpSection.LIMITS.option(
+            "--equivalence/--no-equivalence", help="Prove that mutants are equivalent, or find witnesses."
         ),
     ] = True,
     max_states: MaxStates = DEFAULT_LIMITS.situations,
     max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
     html: Annotated[
         Path | None,
-        typer.Option(
-            "--html",
-            metavar="FILE",
-            help="A page with all mutants at their lines of the model.",
-            rich_help_panel=HelpSection.FILES,
-        ),
+        HelpSection.FILES.option("--html", metavar="FILE", help="A page with all mutants at their lines of the model."),
     ] = None,
     sarif: Annotated[
         Path | None,
-        typer.Option(
-            "--sarif",
-            metavar="FILE",
-            help="The mutants that no case killed, for code scanning.",
-            rich_help_panel=HelpSection.FILES,
-        ),
+        HelpSection.FILES.option("--sarif", metavar="FILE", help="The mutants that no case killed, for code scanning."),
     ] = None,
     witnesses: Annotated[
         Path | None,
-        typer.Option(
-            "--witnesses",
-            metavar="DIRECTORY",
-            help="Directory for cases in which mutants differ from the model.",
-            rich_help_panel=HelpSection.OUTPUT,
+        HelpSection.OUTPUT.option(
+            "--witnesses", metavar="DIRECTORY", help="Directory for cases in which mutants differ from the model."
         ),
     ] = None,
     store: Annotated[
         Path | None,
-        typer.Option(
+        HelpSection.OUTPUT.option(
             "--store",
             metavar="FILE",
             help="Keep the results of mutants in this coverage store, and take those that it has.",
-            rich_help_panel=HelpSection.OUTPUT,
         ),
     ] = None,
     json: Json = False,

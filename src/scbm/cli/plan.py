@@ -44,16 +44,12 @@ def command(
     model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
     *,
     goal: Annotated[
-        str | None,
-        typer.Option("--goal", help="A goal's name, or a predicate. [all goals]", rich_help_panel=HelpSection.CASES),
+        str | None, HelpSection.CASES.option("--goal", help="A goal's name, or a predicate. [all goals]")
     ] = None,
     state: Annotated[
         list[str] | None,
-        typer.Option(
-            "--state",
-            metavar="VAR=VALUE",
-            help="A variable that differs from the nominal state.",
-            rich_help_panel=HelpSection.CASES,
+        HelpSection.CASES.option(
+            "--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."
         ),
     ] = None,
     jobs: Jobs = None,
@@ -62,7 +58,7 @@ def command(
     max_expanded: MaxExpanded = None,
     max_time: MaxTime = None,
     max_memory: MaxMemory = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
+    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Find a plan to a goal, or show why there is none; without `--goal` for each goal of the model."""
     options = PlannerOptions(planner, max_length, max_expanded, max_time, max_memory)

@@ -19,37 +19,25 @@ def command(
     ],
     *,
     model: Annotated[
-        Path | None,
-        typer.Option(
-            "--model", help="The model file. [the one that the file names]", rich_help_panel=HelpSection.CASES
-        ),
+        Path | None, HelpSection.CASES.option("--model", help="The model file. [the one that the file names]")
     ] = None,
     require: Annotated[
         list[str] | None,
-        typer.Option(
-            "--require", metavar="SENTENCE", help="An additional requirement.", rich_help_panel=HelpSection.VERDICTS
-        ),
+        HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement."),
     ] = None,
     time_limit: Annotated[
         str | None,
-        typer.Option(
-            "--time-limit",
-            metavar="DURATION",
-            help="Simulated time, if the case has no limit.",
-            rich_help_panel=HelpSection.RUNNING,
+        HelpSection.RUNNING.option(
+            "--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit."
         ),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
-    every: Annotated[
-        bool, typer.Option("--all", help="Show changes of every variable.", rich_help_panel=HelpSection.OUTPUT)
-    ] = False,
-    trace: Annotated[
-        Path | None, typer.Option("--trace", help="Write the trace to a file.", rich_help_panel=HelpSection.OUTPUT)
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
+    every: Annotated[bool, HelpSection.OUTPUT.option("--all", help="Show changes of every variable.")] = False,
+    trace: Annotated[Path | None, HelpSection.OUTPUT.option("--trace", help="Write the trace to a file.")] = None,
+    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Run a case file or the log of a real run again, and compare the run with the recorded one."""
     options = PlannerOptions(planner, max_length, max_expanded, plans=plans)

@@ -45,7 +45,7 @@ def _format_options() -> dict[str, tuple[Any, OptionInfo]]:
     return {
         name: (
             Path | None,
-            typer.Option(f"--{name}", metavar="FILE", help=form.help, rich_help_panel=HelpSection.FILES),
+            HelpSection.FILES.option(f"--{name}", metavar="FILE", help=form.help),
         )
         for name, form in FORMATS.items()
     }
@@ -119,40 +119,25 @@ def command(
     store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False)],
     *,
     missing: Annotated[
-        bool,
-        typer.Option(
-            "--missing", help="Show only the missed obligations, and why.", rich_help_panel=HelpSection.OUTPUT
-        ),
+        bool, HelpSection.OUTPUT.option("--missing", help="Show only the missed obligations, and why.")
     ] = False,
     contexts: Annotated[
-        bool,
-        typer.Option(
-            "--contexts", help="Show the cases that visit each obligation.", rich_help_panel=HelpSection.OUTPUT
-        ),
+        bool, HelpSection.OUTPUT.option("--contexts", help="Show the cases that visit each obligation.")
     ] = False,
     minimize: Annotated[
-        bool,
-        typer.Option(
-            "--minimize", help="Show the smallest suite with the same coverage.", rich_help_panel=HelpSection.OUTPUT
-        ),
+        bool, HelpSection.OUTPUT.option("--minimize", help="Show the smallest suite with the same coverage.")
     ] = False,
     save: Annotated[
         Path | None,
-        typer.Option(
-            "--save",
-            metavar="DIRECTORY",
-            help="Save the cases of that suite as files.",
-            rich_help_panel=HelpSection.OUTPUT,
-        ),
+        HelpSection.OUTPUT.option("--save", metavar="DIRECTORY", help="Save the cases of that suite as files."),
     ] = None,
     files: Annotated[Mapping[str, Path | None], FORMAT_OPTIONS],
     fail_under: Annotated[
-        list[str] | None,
-        typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP, rich_help_panel=HelpSection.VERDICTS),
+        list[str] | None, HelpSection.VERDICTS.option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP)
     ] = None,
     certificates: Certificates = None,
     waivers: WaiversFile = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
+    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Report what the cases of a coverage store visited, in any format."""
     wanted_figures = read_thresholds(fail_under or [])

@@ -27,66 +27,40 @@ from scbm.testing import RandomCases, Tester, draw_network
 def command(
     model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
     *,
-    goal: Annotated[
-        str | None, typer.Option("--goal", help="A goal's name, or a predicate.", rich_help_panel=HelpSection.CASES)
-    ] = None,
+    goal: Annotated[str | None, HelpSection.CASES.option("--goal", help="A goal's name, or a predicate.")] = None,
     state: Annotated[
         list[str] | None,
-        typer.Option(
-            "--state",
-            metavar="VAR=VALUE",
-            help="A variable that differs from the nominal state.",
-            rich_help_panel=HelpSection.CASES,
+        HelpSection.CASES.option(
+            "--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."
         ),
     ] = None,
-    seed: Annotated[
-        int, typer.Option("--seed", help="Seed of the replies of the resources.", rich_help_panel=HelpSection.CASES)
-    ] = 0,
+    seed: Annotated[int, HelpSection.CASES.option("--seed", help="Seed of the replies of the resources.")] = 0,
     case: Annotated[
         int | None,
-        typer.Option(
-            "--case",
-            metavar="N",
-            min=1,
-            help="Goal and initial state of this case of `scbm test --seed`.",
-            rich_help_panel=HelpSection.CASES,
+        HelpSection.CASES.option(
+            "--case", metavar="N", min=1, help="Goal and initial state of this case of `scbm test --seed`."
         ),
     ] = None,
     network: Annotated[
         str | None,
-        typer.Option(
-            "--network",
-            help="Faults of the network: `loss: 2 %, jitter: 20 ms`, or `drawn`.",
-            rich_help_panel=HelpSection.CASES,
-        ),
+        HelpSection.CASES.option("--network", help="Faults of the network: `loss: 2 %, jitter: 20 ms`, or `drawn`."),
     ] = None,
     inputs: Inputs = None,
     require: Annotated[
         list[str] | None,
-        typer.Option(
-            "--require", metavar="SENTENCE", help="An additional requirement.", rich_help_panel=HelpSection.VERDICTS
-        ),
+        HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement."),
     ] = None,
     time_limit: Annotated[
         str | None,
-        typer.Option(
-            "--time-limit",
-            metavar="DURATION",
-            help="Simulated time for the goal. [1 h]",
-            rich_help_panel=HelpSection.RUNNING,
-        ),
+        HelpSection.RUNNING.option("--time-limit", metavar="DURATION", help="Simulated time for the goal. [1 h]"),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
-    every: Annotated[
-        bool, typer.Option("--all", help="Show changes of every variable.", rich_help_panel=HelpSection.OUTPUT)
-    ] = False,
-    trace: Annotated[
-        Path | None, typer.Option("--trace", help="Write the trace to a file.", rich_help_panel=HelpSection.OUTPUT)
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
+    every: Annotated[bool, HelpSection.OUTPUT.option("--all", help="Show changes of every variable.")] = False,
+    trace: Annotated[Path | None, HelpSection.OUTPUT.option("--trace", help="Write the trace to a file.")] = None,
+    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter(model=model)

@@ -4,8 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from scbm.cli.campaigns.suite_recording import record_suite, refuse_without_files
 from scbm.cli.campaigns.test_campaign import (
     CampaignOptions,
@@ -73,69 +71,38 @@ def command(
     cluster: Cluster = None,
     until_dry: Annotated[
         int | None,
-        typer.Option(
-            "--until-dry",
-            metavar="N",
-            min=1,
-            help="Stop once N random cases in a row visit nothing new.",
-            rich_help_panel=HelpSection.CASES,
+        HelpSection.CASES.option(
+            "--until-dry", metavar="N", min=1, help="Stop once N random cases in a row visit nothing new."
         ),
     ] = None,
     select: Annotated[
         str | None,
-        typer.Option(
-            "-k",
-            metavar="EXPRESSION",
-            help="Run the cases whose names hold this: `scan and not fast`.",
-            rich_help_panel=HelpSection.CASES,
+        HelpSection.CASES.option(
+            "-k", metavar="EXPRESSION", help="Run the cases whose names hold this: `scan and not fast`."
         ),
     ] = None,
     last_failed: Annotated[
         bool,
-        typer.Option(
-            "--lf",
-            "--last-failed",
-            help="Run the cases that failed last time; all if none did.",
-            rich_help_panel=HelpSection.CASES,
-        ),
+        HelpSection.CASES.option("--lf", "--last-failed", help="Run the cases that failed last time; all if none did."),
     ] = False,
-    stop: Annotated[
-        bool, typer.Option("-x", "--exitfirst", help="Stop at the first failure.", rich_help_panel=HelpSection.RUNNING)
-    ] = False,
+    stop: Annotated[bool, HelpSection.RUNNING.option("-x", "--exitfirst", help="Stop at the first failure.")] = False,
     require: Require = None,
     save: Annotated[
-        Path | None,
-        typer.Option(
-            "--save", metavar="DIRECTORY", help="Save every random case as a file.", rich_help_panel=HelpSection.OUTPUT
-        ),
+        Path | None, HelpSection.OUTPUT.option("--save", metavar="DIRECTORY", help="Save every random case as a file.")
     ] = None,
     record: Annotated[
         bool,
-        typer.Option(
-            "--record",
-            help="Record results in the case files that have none, of cases that pass.",
-            rich_help_panel=HelpSection.OUTPUT,
+        HelpSection.OUTPUT.option(
+            "--record", help="Record results in the case files that have none, of cases that pass."
         ),
     ] = False,
     update: Annotated[
         bool,
-        typer.Option(
-            "--update",
-            help="Show how runs differ from recorded results, and record them anew.",
-            rich_help_panel=HelpSection.OUTPUT,
-        ),
+        HelpSection.OUTPUT.option("--update", help="Show how runs differ from recorded results, and record them anew."),
     ] = False,
-    shrink: Annotated[
-        bool, typer.Option("--shrink/--no-shrink", help="Shrink failing cases.", rich_help_panel=HelpSection.RUNNING)
-    ] = True,
+    shrink: Annotated[bool, HelpSection.RUNNING.option("--shrink/--no-shrink", help="Shrink failing cases.")] = True,
     failures: Annotated[
-        Path,
-        typer.Option(
-            "--failures",
-            metavar="DIRECTORY",
-            help="Directory for shrunk failing cases.",
-            rich_help_panel=HelpSection.OUTPUT,
-        ),
+        Path, HelpSection.OUTPUT.option("--failures", metavar="DIRECTORY", help="Directory for shrunk failing cases.")
     ] = Path("scbm-failures"),
     store: Store = None,
     missing: Missing = False,
@@ -144,12 +111,7 @@ def command(
     waivers: WaiversFile = None,
     time_limit: Annotated[
         str | None,
-        typer.Option(
-            "--time-limit",
-            metavar="DURATION",
-            help="Simulated time for each case. [1 h]",
-            rich_help_panel=HelpSection.RUNNING,
-        ),
+        HelpSection.RUNNING.option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]"),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
@@ -163,12 +125,7 @@ def command(
     domain: Domain = None,
     wait: Annotated[
         str | None,
-        typer.Option(
-            "--wait",
-            metavar="DURATION",
-            help="How long to wait for nodes and drivers. [10 s]",
-            rich_help_panel=HelpSection.NODES,
-        ),
+        HelpSection.NODES.option("--wait", metavar="DURATION", help="How long to wait for nodes and drivers. [10 s]"),
     ] = None,
     logs: Logs = None,
     json: Json = False,

@@ -50,65 +50,40 @@ def command(
     ],
     *,
     perfetto: Annotated[
-        Path | None,
-        typer.Option(
-            "--perfetto", metavar="FILE", help="Write JSON for ui.perfetto.dev.", rich_help_panel=HelpSection.FILES
-        ),
+        Path | None, HelpSection.FILES.option("--perfetto", metavar="FILE", help="Write JSON for ui.perfetto.dev.")
     ] = None,
     mcap: Annotated[
-        Path | None,
-        typer.Option("--mcap", metavar="FILE", help="Write MCAP for Foxglove.", rich_help_panel=HelpSection.FILES),
+        Path | None, HelpSection.FILES.option("--mcap", metavar="FILE", help="Write MCAP for Foxglove.")
     ] = None,
     model: Annotated[
-        Path | None,
-        typer.Option(
-            "--model", help="The model file. [the one that the file names]", rich_help_panel=HelpSection.CASES
-        ),
+        Path | None, HelpSection.CASES.option("--model", help="The model file. [the one that the file names]")
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option("--seed", help="Seed of the random case. [0]", rich_help_panel=HelpSection.CASES)
-    ] = None,
+    seed: Annotated[int | None, HelpSection.CASES.option("--seed", help="Seed of the random case. [0]")] = None,
     case: Annotated[
         int | None,
-        typer.Option(
-            "--case",
-            metavar="N",
-            min=1,
-            help="This case of `scbm test --seed`, in place of a file.",
-            rich_help_panel=HelpSection.CASES,
+        HelpSection.CASES.option(
+            "--case", metavar="N", min=1, help="This case of `scbm test --seed`, in place of a file."
         ),
     ] = None,
     network: Annotated[
-        str | None,
-        typer.Option(
-            "--network",
-            help="With `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.",
-            rich_help_panel=HelpSection.CASES,
-        ),
+        str | None, HelpSection.CASES.option("--network", help="With `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
     ] = None,
     inputs: Inputs = None,
     require: Annotated[
         list[str] | None,
-        typer.Option(
-            "--require", metavar="SENTENCE", help="An additional requirement.", rich_help_panel=HelpSection.VERDICTS
-        ),
+        HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement."),
     ] = None,
     time_limit: Annotated[
         str | None,
-        typer.Option(
-            "--time-limit",
-            metavar="DURATION",
-            help="Simulated time, if the case has no limit.",
-            rich_help_panel=HelpSection.RUNNING,
+        HelpSection.RUNNING.option(
+            "--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit."
         ),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print what was written as JSON.", rich_help_panel=HelpSection.OUTPUT)
-    ] = False,
+    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print what was written as JSON.")] = False,
 ) -> int:
     """Run a case or the log of a real run again, and write what happens as a file that Perfetto or Foxglove opens."""
     outputs = _outputs(perfetto, mcap)

@@ -25,10 +25,7 @@ def command(
     ] = None,
     *,
     seed: Annotated[
-        int,
-        typer.Option(
-            "--seed", help="Seed of their replies while no tester is connected.", rich_help_panel=HelpSection.CASES
-        ),
+        int, HelpSection.CASES.option("--seed", help="Seed of their replies while no tester is connected.")
     ] = 0,
     transport: NodeTransport = None,
     domain: Domain = None,

@@ -4,8 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, refuse_outputs, run_over_nodes
 from scbm.cli.options.campaign_options import (
     Cases,
@@ -49,12 +47,7 @@ def command(
     require: Require = None,
     failures: Annotated[
         Path,
-        typer.Option(
-            "--failures",
-            metavar="DIRECTORY",
-            help="Directory for the logs of failing cases.",
-            rich_help_panel=HelpSection.OUTPUT,
-        ),
+        HelpSection.OUTPUT.option("--failures", metavar="DIRECTORY", help="Directory for the logs of failing cases."),
     ] = Path("scbm-failures"),
     store: Store = None,
     missing: Missing = False,
@@ -63,24 +56,14 @@ def command(
     waivers: WaiversFile = None,
     time_limit: Annotated[
         str | None,
-        typer.Option(
-            "--time-limit",
-            metavar="DURATION",
-            help="Time of the run for each case. [1 h]",
-            rich_help_panel=HelpSection.RUNNING,
-        ),
+        HelpSection.RUNNING.option("--time-limit", metavar="DURATION", help="Time of the run for each case. [1 h]"),
     ] = None,
     time_scale: TimeScale = None,
     transport: NodeTransport = None,
     domain: Domain = None,
     wait: Annotated[
         str,
-        typer.Option(
-            "--wait",
-            metavar="DURATION",
-            help="How long to wait for controller and resources.",
-            rich_help_panel=HelpSection.NODES,
-        ),
+        HelpSection.NODES.option("--wait", metavar="DURATION", help="How long to wait for controller and resources."),
     ] = "10 s",
     logs: Logs = None,
     json: Json = False,

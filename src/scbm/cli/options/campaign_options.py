@@ -150,75 +150,46 @@ Files = Annotated[
 ]
 Cases = Annotated[
     int | None,
-    typer.Option(
-        "--cases",
-        metavar="N",
-        min=0,
-        max=10_000_000,
-        help="Number of random cases. [20; 0 with case files]",
-        rich_help_panel=HelpSection.CASES,
+    HelpSection.CASES.option(
+        "--cases", metavar="N", min=0, max=10_000_000, help="Number of random cases. [20; 0 with case files]"
     ),
 ]
 Jobs = Annotated[
     int | None,
-    typer.Option(
-        "-j",
-        "--jobs",
-        metavar="N",
-        min=1,
-        max=1_024,
-        help="Worker processes. [all cores, if it takes long]",
-        rich_help_panel=HelpSection.RUNNING,
+    HelpSection.RUNNING.option(
+        "-j", "--jobs", metavar="N", min=1, max=1_024, help="Worker processes. [all cores, if it takes long]"
     ),
 ]
 Cluster = Annotated[
     str | None,
-    typer.Option(
-        "--cluster",
-        metavar="ADDRESS",
-        help="Run the cases on this Dask cluster: `tcp://host:8786`.",
-        rich_help_panel=HelpSection.RUNNING,
+    HelpSection.RUNNING.option(
+        "--cluster", metavar="ADDRESS", help="Run the cases on this Dask cluster: `tcp://host:8786`."
     ),
 ]
-Seed = Annotated[int, typer.Option("--seed", help="Seed of the random cases.", rich_help_panel=HelpSection.CASES)]
+Seed = Annotated[int, HelpSection.CASES.option("--seed", help="Seed of the random cases.")]
 Network = Annotated[
     str | None,
-    typer.Option(
-        "--network",
-        help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`.",
-        rich_help_panel=HelpSection.CASES,
-    ),
+    HelpSection.CASES.option("--network", help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`."),
 ]
 Inputs = Annotated[
     str | None,
-    typer.Option(
+    HelpSection.CASES.option(
         "--inputs",
         metavar="drawn",
         help="Move inputs and published values without environment transitions, too: `drawn`.",
-        rich_help_panel=HelpSection.CASES,
     ),
 ]
 Require = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--require", metavar="SENTENCE", help="An additional requirement.", rich_help_panel=HelpSection.VERDICTS
-    ),
+    list[str] | None, HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement.")
 ]
 Store = Annotated[
-    Path | None,
-    typer.Option(
-        "--store", metavar="FILE", help="Add the cases to this coverage store.", rich_help_panel=HelpSection.OUTPUT
-    ),
+    Path | None, HelpSection.OUTPUT.option("--store", metavar="FILE", help="Add the cases to this coverage store.")
 ]
-Missing = Annotated[
-    bool,
-    typer.Option("--missing", help="Show only the missed obligations, and why.", rich_help_panel=HelpSection.OUTPUT),
-]
+Missing = Annotated[bool, HelpSection.OUTPUT.option("--missing", help="Show only the missed obligations, and why.")]
 FailUnder = Annotated[
-    list[str] | None,
-    typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP, rich_help_panel=HelpSection.VERDICTS),
+    list[str] | None, HelpSection.VERDICTS.option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP)
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)]
+Json = Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")]
 
 
 def read_inputs(text: str | None) -> bool:

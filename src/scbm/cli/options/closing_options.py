@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import typer
-
 from scbm.cli.options.help_sections import HelpSection
 from scbm.closing import CloseLimits
 
@@ -13,42 +11,26 @@ DEFAULT_LIMITS = CloseLimits()
 
 MaxStates = Annotated[
     int,
-    typer.Option(
-        "--max-states",
-        metavar="N",
-        min=1,
-        help="Maximum number of explored situations of runs.",
-        rich_help_panel=HelpSection.LIMITS,
+    HelpSection.LIMITS.option(
+        "--max-states", metavar="N", min=1, help="Maximum number of explored situations of runs."
     ),
 ]
 MaxPlanning = Annotated[
     int,
-    typer.Option(
-        "--max-planning",
-        metavar="N",
-        min=1,
-        help="Maximum number of states to plan all runs for one goal.",
-        rich_help_panel=HelpSection.LIMITS,
+    HelpSection.LIMITS.option(
+        "--max-planning", metavar="N", min=1, help="Maximum number of states to plan all runs for one goal."
     ),
 ]
 MaxRandom = Annotated[
     int,
-    typer.Option(
-        "--max-random",
-        metavar="N",
-        min=0,
-        help="Maximum number of random cases of the search, if runs are many.",
-        rich_help_panel=HelpSection.LIMITS,
+    HelpSection.LIMITS.option(
+        "--max-random", metavar="N", min=0, help="Maximum number of random cases of the search, if runs are many."
     ),
 ]
 MaxChanges = Annotated[
     int,
-    typer.Option(
-        "--max-changes",
-        metavar="N",
-        min=0,
-        help="Maximum number of changed cases after them, if runs are many.",
-        rich_help_panel=HelpSection.LIMITS,
+    HelpSection.LIMITS.option(
+        "--max-changes", metavar="N", min=0, help="Maximum number of changed cases after them, if runs are many."
     ),
 ]
 

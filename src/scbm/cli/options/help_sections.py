@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import typer
 from typer.core import TyperCommand, TyperOption
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from typer._click import Context, HelpFormatter, Parameter
+    from typer.models import OptionInfo
 
 _MAX_UNDIVIDED = 8
 """Maximum number of options that the help shows without sections, `--help` included: a reader finds each of so few."""
 
 
 class HelpSection(StrEnum):
-    """A section of options, as `rich_help_panel` of an option names it; the help has them in this order."""
+    """A section of options, which declares them; the help has the sections in this order."""
 
     CASES = "Cases"
     VERDICTS = "Requirements and thresholds"
@@ -28,6 +30,11 @@ class HelpSection(StrEnum):
     FILES = "Report files"
     OUTPUT = "Output"
     OTHER = "Other options"
+
+    def option(self, *names: str, **settings: Any) -> OptionInfo:  # noqa: ANN401 - those of `typer.Option`
+        """Return an option of this section, declared as by `typer.Option`."""
+        option: OptionInfo = typer.Option(*names, rich_help_panel=self, **settings)
+        return option
 
 
 class VerbCommand(TyperCommand):

@@ -11,8 +11,6 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import NameOf
 from scbm.files import load_bindings, load_model, parse_duration, suggestion
@@ -46,75 +44,44 @@ TestTransport = Annotated[
     str | None,
     NameOf(
         lambda: TRANSPORTS,
-        typer.Option(
-            "--transport",
-            help="Run over nodes: in this process, or as processes of DDS.",
-            rich_help_panel=HelpSection.NODES,
-        ),
+        HelpSection.NODES.option("--transport", help="Run over nodes: in this process, or as processes of DDS."),
     ),
 ]
 NodeTransport = Annotated[
     str | None,
     NameOf(
         _between_processes,
-        typer.Option(
-            "--transport",
-            help=f"What carries the messages between nodes. [{DEFAULT_TRANSPORT}]",
-            rich_help_panel=HelpSection.NODES,
-        ),
+        HelpSection.NODES.option("--transport", help=f"What carries the messages between nodes. [{DEFAULT_TRANSPORT}]"),
     ),
 ]
 TimeScale = Annotated[
     str | None,
-    typer.Option(
-        "--time-scale",
-        metavar="FACTOR",
-        help="Speed of runs over nodes relative to the wall clock. [1]",
-        rich_help_panel=HelpSection.NODES,
+    HelpSection.NODES.option(
+        "--time-scale", metavar="FACTOR", help="Speed of runs over nodes relative to the wall clock. [1]"
     ),
 ]
 Logs = Annotated[
-    Path | None,
-    typer.Option(
-        "--logs", metavar="DIRECTORY", help="Save the log of every run over nodes.", rich_help_panel=HelpSection.NODES
-    ),
+    Path | None, HelpSection.NODES.option("--logs", metavar="DIRECTORY", help="Save the log of every run over nodes.")
 ]
 Domain = Annotated[
-    int | None,
-    typer.Option(
-        "--domain", metavar="N", help="DDS domain, 0 to 232. [ROS_DOMAIN_ID, or 0]", rich_help_panel=HelpSection.NODES
-    ),
+    int | None, HelpSection.NODES.option("--domain", metavar="N", help="DDS domain, 0 to 232. [ROS_DOMAIN_ID, or 0]")
 ]
 Real = Annotated[
     list[str] | None,
-    typer.Option(
-        "--real",
-        metavar="NAME",
-        help="Reach this resource at its driver; else it is simulated.",
-        rich_help_panel=HelpSection.NODES,
-    ),
+    HelpSection.NODES.option("--real", metavar="NAME", help="Reach this resource at its driver; else it is simulated."),
 ]
 Bindings = Annotated[
-    Path | None,
-    typer.Option(
-        "--bindings", metavar="FILE", help="A file that binds resources to drivers.", rich_help_panel=HelpSection.NODES
-    ),
+    Path | None, HelpSection.NODES.option("--bindings", metavar="FILE", help="A file that binds resources to drivers.")
 ]
 Reached = Annotated[
     Via | None,
-    typer.Option(
-        "--via",
-        help="Reach drivers by plain DDS, or by the rclpy of an installation of ROS 2. [dds]",
-        rich_help_panel=HelpSection.NODES,
+    HelpSection.NODES.option(
+        "--via", help="Reach drivers by plain DDS, or by the rclpy of an installation of ROS 2. [dds]"
     ),
 ]
 WhileStdin = Annotated[
     bool,
-    typer.Option(
-        "--while-stdin",
-        help="End when the standard input ends: for programs that start nodes.",
-        rich_help_panel=HelpSection.NODES,
-    ),
+    HelpSection.NODES.option("--while-stdin", help="End when the standard input ends: for programs that start nodes."),
 ]
 
 

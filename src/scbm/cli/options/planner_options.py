@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import KnownName
 from scbm.files import parse_duration
@@ -23,60 +21,36 @@ PlannerName = Annotated[
     str | None,
     KnownName(
         lambda: PLANNERS,
-        typer.Option(
-            "--planner",
-            help=f"The planner. [that of the model, or {DEFAULT_PLANNER}]",
-            rich_help_panel=HelpSection.PLANNER,
-        ),
+        HelpSection.PLANNER.option("--planner", help=f"The planner. [that of the model, or {DEFAULT_PLANNER}]"),
     ),
 ]
 MaxLength = Annotated[
     int | None,
-    typer.Option(
-        "--max-length",
-        metavar="N",
-        min=0,
-        help="Maximum number of operations in a plan. [1000]",
-        rich_help_panel=HelpSection.PLANNER,
+    HelpSection.PLANNER.option(
+        "--max-length", metavar="N", min=0, help="Maximum number of operations in a plan. [1000]"
     ),
 ]
 MaxExpanded = Annotated[
     int | None,
-    typer.Option(
-        "--max-expanded",
-        metavar="N",
-        min=1,
-        help="Maximum number of expanded states. [1000000]",
-        rich_help_panel=HelpSection.PLANNER,
+    HelpSection.PLANNER.option(
+        "--max-expanded", metavar="N", min=1, help="Maximum number of expanded states. [1000000]"
     ),
 ]
 MaxTime = Annotated[
     str | None,
-    typer.Option(
-        "--max-time",
-        metavar="DURATION",
-        help="Maximum wall time of a search. [none]",
-        rich_help_panel=HelpSection.PLANNER,
-    ),
+    HelpSection.PLANNER.option("--max-time", metavar="DURATION", help="Maximum wall time of a search. [none]"),
 ]
 MaxMemory = Annotated[
     str | None,
-    typer.Option(
-        "--max-memory",
-        metavar="SIZE",
-        help="Maximum memory of the process, `2 GiB`. [none]",
-        rich_help_panel=HelpSection.PLANNER,
-    ),
+    HelpSection.PLANNER.option("--max-memory", metavar="SIZE", help="Maximum memory of the process, `2 GiB`. [none]"),
 ]
 
 Plans = Annotated[
     str | None,
     KnownName(
         lambda: RUN_PLANS,
-        typer.Option(
-            "--plans",
-            help="The plans of random cases; `shortest` draws them. [those of the model, or canonical]",
-            rich_help_panel=HelpSection.PLANNER,
+        HelpSection.PLANNER.option(
+            "--plans", help="The plans of random cases; `shortest` draws them. [those of the model, or canonical]"
         ),
     ),
 ]

@@ -6,8 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from scbm import __version__
 from scbm.cases.coverage import COVERABLE, WaiverReview
 from scbm.cli.options.help_sections import HelpSection
@@ -34,21 +32,13 @@ if TYPE_CHECKING:
 
 Certificates = Annotated[
     list[Path] | None,
-    typer.Option(
-        "--certificates",
-        metavar="DIRECTORY",
-        help="Check these certificates, and count what they prove.",
-        rich_help_panel=HelpSection.VERDICTS,
+    HelpSection.VERDICTS.option(
+        "--certificates", metavar="DIRECTORY", help="Check these certificates, and count what they prove."
     ),
 ]
 WaiversFile = Annotated[
     Path | None,
-    typer.Option(
-        "--waivers",
-        metavar="FILE",
-        help="Waivers, in addition to those of the model.",
-        rich_help_panel=HelpSection.VERDICTS,
-    ),
+    HelpSection.VERDICTS.option("--waivers", metavar="FILE", help="Waivers, in addition to those of the model."),
 ]
 
 
