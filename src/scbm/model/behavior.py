@@ -103,6 +103,7 @@ class Waiver:
         date: the date of the decision.
         expires: the last date on which the waiver counts; `None` if it always counts.
         place: where it is written; two waivers that differ only in their places are equal.
+        lifted: the obligation as it is written, such as `move/failed`, if it stands for all instances; else empty.
     """
 
     obligation: str
@@ -111,6 +112,7 @@ class Waiver:
     date: str
     expires: str | None = None
     place: Place | None = field(default=None, compare=False)
+    lifted: str = field(default="", compare=False)
 
     def is_expired(self, today: str) -> bool:
         """Return whether the waiver does not count any more on the date `today`."""
@@ -171,21 +173,25 @@ class LiftedOrigin:
 
 @dataclass(frozen=True, slots=True)
 class ObjectLists:
-    """The objects of a model file with types, and digests of what else the file says (semantics 8.7).
+    """The objects and the tables of a model file with types, and the digest of what else it says (semantics 8.7).
 
     Attributes:
         lifted: the SHA-256 of the lifted model: all declarations without objects, rows, initial values and goals.
-        rows: the SHA-256 of the rows of its tables.
-        types: the objects of each type that lists some, without those of its subtypes.
+        types: the objects of each type, without those of its subtypes.
+        parents: the parent of each subtype.
+        tables: for each table its name, the types of its columns, and its rows.
+        entries: the section and the name of each operation and automatic transition with parameters.
     """
 
     lifted: str
-    rows: str
     types: tuple[tuple[str, tuple[str, ...]], ...]
+    parents: tuple[tuple[str, str], ...] = ()
+    tables: tuple[tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]], ...] = ()
+    entries: tuple[tuple[str, str], ...] = ()
 
     def is_other_list(self, other: ObjectLists) -> bool:
         """Return whether `other` belongs to the same lifted model, and has other objects or other rows."""
-        return self.lifted == other.lifted and (self.types, self.rows) != (other.types, other.rows)
+        return self.lifted == other.lifted and (self.types, self.tables) != (other.types, other.tables)
 
 
 @dataclass(frozen=True)

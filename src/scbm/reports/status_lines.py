@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 _MAX_LISTS = 3
+_MAX_WAIVED = 3
 _MAX_OBJECTS = 6
 
 
@@ -89,8 +90,26 @@ def status_warnings(statuses: Statuses) -> Iterator[str]:
 
 
 def waiver_warnings(visited: Iterable[Waiver], expired: Iterable[Waiver]) -> Iterator[str]:
-    """Yield a sentence for each waiver of an obligation that cases visit, and for each that is expired."""
-    for waiver in visited:
-        yield f"Waived, but a case visits it: {waiver.obligation}; remove its waiver: {waiver}"
-    for waiver in expired:
-        yield f"Expired waiver, which does not count: {waiver.obligation}: {waiver}"
+    """Yield a sentence for each waiver of an obligation that cases visit, and for each that is expired.
+
+    A waiver of an entry with parameters has one sentence for all of its instances.
+    """
+    for waivers in _by_entry(visited):
+        first = waivers[0]
+        if first.lifted:
+            named = ", ".join(waiver.obligation for waiver in waivers[:_MAX_WAIVED])
+            more = f" and {len(waivers) - _MAX_WAIVED} more" if len(waivers) > _MAX_WAIVED else ""
+            yield f"Waived by {first.lifted}, but cases visit {named}{more}; narrow or remove the waiver: {first}"
+        else:
+            yield f"Waived, but a case visits it: {first.obligation}; remove its waiver: {first}"
+    for waivers in _by_entry(expired):
+        first = waivers[0]
+        yield f"Expired waiver, which does not count: {first.lifted or first.obligation}: {first}"
+
+
+def _by_entry(waivers: Iterable[Waiver]) -> list[list[Waiver]]:
+    """Return waivers in groups: those that one waiver with parameters stands for are together."""
+    found: dict[tuple[str, str], list[Waiver]] = {}
+    for waiver in waivers:
+        found.setdefault((waiver.lifted or waiver.obligation, str(waiver)), []).append(waiver)
+    return list(found.values())

@@ -93,8 +93,9 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn(
                 "objects",
                 "TEXT",
-                "JSON, if the model file has types: the SHA-256 of the lifted model, that of the rows of its tables,"
-                " and the objects of each type; null in rows of older versions",
+                "JSON, if the model file has types: the SHA-256 of the lifted model (`lifted`), the objects of each"
+                " type (`types`), the `parents` of subtypes, and `tables` with columns and rows; null in rows of older"
+                " versions",
                 since=9,
             ),
             StoreColumn(
@@ -164,7 +165,8 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn(
                 "waivers",
                 "TEXT",
-                "JSON, if there were any: its waivers, each with `obligation`, `reason`, `author`, `date`, `expires`",
+                "JSON, if there were any: its waivers, each with `obligation`, `reason`, `author`, `date`, `expires`,"
+                " and `lifted` if it stands for all instances of an entry",
                 since=5,
                 value=lambda run: waivers_text(run.waivers),
             ),

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -481,17 +481,12 @@ def _origins(text: str | None) -> tuple[LiftedOrigin, ...]:
 
 def _objects_text(model: BehaviorModel) -> str | None:
     """Return the objects of a model file as a column has them; `None` for a file without types."""
-    if model.objects is None:
-        return None
-    return json.dumps([model.objects.lifted, model.objects.rows, model.objects.types], ensure_ascii=False)
+    return None if model.objects is None else json.dumps(asdict(model.objects), ensure_ascii=False)
 
 
 def _objects(text: str) -> ObjectLists:
     """Return the objects of a model file. Raises `ValueError` and others for other texts."""
-    read = convert_json(
-        read_json(text, _MAX_ORIGINS_CHARACTERS), tuple[str, str, tuple[tuple[str, tuple[str, ...]], ...]]
-    )
-    return ObjectLists(*read)
+    return convert_json(read_json(text, _MAX_ORIGINS_CHARACTERS), ObjectLists)
 
 
 def _text(value: object) -> str:

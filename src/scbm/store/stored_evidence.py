@@ -92,6 +92,7 @@ class _WrittenWaiver:
     author: str
     date: str
     expires: str | None
+    lifted: str = ""
 
 
 def waivers_text(waivers: Iterable[Waiver]) -> str | None:
@@ -104,6 +105,7 @@ def waivers_text(waivers: Iterable[Waiver]) -> str | None:
             "date": waiver.date,
             "expires": waiver.expires,
         }
+        | ({"lifted": waiver.lifted} if waiver.lifted else {})
         for waiver in waivers
     ]
     return json.dumps(listed, ensure_ascii=False) if listed else None
@@ -114,4 +116,7 @@ def read_waivers_text(text: str | None) -> tuple[Waiver, ...]:
     if text is None:
         return ()
     written = convert_json(read_json(text, _MAX_JSON_CHARACTERS), list[_WrittenWaiver])
-    return tuple(Waiver(each.obligation, each.reason, each.author, each.date, each.expires) for each in written)
+    return tuple(
+        Waiver(each.obligation, each.reason, each.author, each.date, each.expires, lifted=each.lifted)
+        for each in written
+    )

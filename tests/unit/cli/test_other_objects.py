@@ -126,3 +126,23 @@ def test_mutants_under_other_objects_do_not_change_the_current_model(store: Path
     assert scbm("mutate", model, "--cases", 1, "--store", store).code == 0
     assert UNITED in scbm("report", store).out
     assert read_history(store).mutations == ()
+
+
+def test_a_waiver_for_all_instances_is_named_once_also_in_a_report_of_the_store(tmp_path: Path, scbm: Scbm) -> None:
+    model, waivers, store = tmp_path / "doors.yaml", tmp_path / "waivers.yaml", tmp_path / "cov.db"
+    model.write_text(TEXT.replace("[d1]", "[d1, d2]").replace("open.d1 == true", "open.d1 == true && open.d2 == true"))
+    words = "reason: no reason, author: Ada, date: 2026-11-20"
+    waivers.write_text(
+        "waivers_of: doors\nwaivers:\n"
+        f"  - {{obligation: open_it/executing, {words}}}\n"
+        f"  - {{obligation: 'open_it[d in door]/failed', where: d == d1 && d == d2, {words}}}\n"
+        f"  - {{obligation: open_it/queued, {words}, expires: 2026-11-20}}\n"
+    )
+    for verb in (("test", model, "--cases", 1, "--waivers", waivers, "--store", store), ("report", store)):
+        ran = scbm(*verb)
+        out = " ".join(ran.out.split())
+        assert "Waived by open_it/executing, but cases visit open_it.d1/executing, open_it.d2/executing;" in out
+        assert out.count("Expired waiver, which does not count: open_it/queued:") == 1
+    ran = scbm("report", store, "--waivers", waivers)
+    assert "waivers.yaml:4:18: warning[no-instance]: this waiver is for nothing" in ran.err
+    assert ran.err.count("already") == 2

@@ -43,12 +43,17 @@ WaiversFile = Annotated[
 
 
 def read_waivers_of(model: BehaviorModel, file: Path | None) -> WaiverReview:
-    """Return the waivers of a model and of a file, as of today. Raise `InputError` with all errors of the file."""
-    beside = () if file is None else load_waivers(file, model)
+    """Return the waivers of a model and of a file, as of today; print the warnings of the file.
+
+    Raises:
+        InputError: with all errors of the file.
+    """
+    beside, warnings = ((), ()) if file is None else load_waivers(file, model)
+    errors().diagnostics(warnings)
     known = {waiver.obligation for waiver in model.waivers}
-    twice = [waiver for waiver in beside if waiver.obligation in known]
+    twice = {waiver.place: waiver for waiver in reversed(beside) if waiver.obligation in known}
     if twice:
-        raise InputError([_waived_twice(waiver, str(file)) for waiver in twice])
+        raise InputError([_waived_twice(waiver, str(file)) for waiver in reversed(twice.values())])
     return WaiverReview.on(today(), (*model.waivers, *beside))
 
 

@@ -17,6 +17,7 @@ from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
 from scbm.files.expansion.lifted_digest import read_object_lists
 from scbm.files.expansion.parts import expand_parts
 from scbm.files.expansion.stages import expand
+from scbm.files.expansion.waiver_stage import expand_waivers_file
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_writer import dump
@@ -219,9 +220,9 @@ def read_bindings(text: str, model: BehaviorModel, file: str = "bindings") -> Be
 # files of waivers
 
 
-def load_waivers(path: str | Path, model: BehaviorModel) -> tuple[Waiver, ...]:
-    """Return the waivers of a file for a model. Raises `InputError` with all errors of the file."""
-    return read_waivers(read_file(Path(path)), model, str(path))
+def load_waivers(path: str | Path, model: BehaviorModel) -> tuple[tuple[Waiver, ...], tuple[Diagnostic, ...]]:
+    """Return the waivers of a file for a model, and warnings. Raises `InputError` with all errors of the file."""
+    return _read_waivers(read_file(Path(path)), model, str(path))
 
 
 def read_waivers(text: str, model: BehaviorModel, file: str = "waivers") -> tuple[Waiver, ...]:
@@ -232,11 +233,18 @@ def read_waivers(text: str, model: BehaviorModel, file: str = "waivers") -> tupl
         model: the model that has the obligations.
         file: the name of the text in errors.
     """
+    return _read_waivers(text, model, file)[0]
+
+
+def _read_waivers(text: str, model: BehaviorModel, file: str) -> tuple[tuple[Waiver, ...], tuple[Diagnostic, ...]]:
     document, _, report = read_tree(text, file, "waivers", "waivers begin with `waivers_of: <name of the model>`")
+    named = document.get("waivers_of")
+    if named is not None and named.text == model.name:
+        document = expand_waivers_file(document, model, report)
     check_shape(document, report, WaiversKeys, WAIVERS_OWNERS)
     waivers = WaiversKeys(document, ValueReader(report, Scope.of(model))).read(model)
     report.raise_any()
-    return waivers
+    return waivers, report.warnings
 
 
 def write_waivers(waivers: Sequence[Waiver], model: BehaviorModel) -> str:

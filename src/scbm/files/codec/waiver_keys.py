@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
+    from scbm.model import Place
     from scbm.model.behavior import BehaviorModel
 
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}", re.ASCII)
@@ -51,7 +52,8 @@ class WaiverKeys(Keys):
 
     obligation = Key(
         NAME_NODE,
-        "The obligation: `<operation>/<state>`, `<operation>/queued` or `automatic/<transition>`.",
+        "The obligation: `<operation>/<state>`, `<operation>/queued` or `automatic/<transition>`; that of an entry with"
+        " parameters stands for all of its instances.",
         required=True,
     )
     reason = Key(TEXT, "Why it need not be covered.", required=True)
@@ -67,9 +69,6 @@ class WaiverKeys(Keys):
             known: the names of the obligations of the model.
         """
         node, names = self.obligation, list(known)
-        if self.has("where"):
-            message = "`where` belongs to a waiver with parameters, and those stand in the model file"
-            self.reader.add(Slug.NOT_STATIC, message, self.place("where"), "name each obligation here")
         if node is not None and node.text not in names:
             remedy = suggestion(node.text or "", names, "the obligations are")
             message = f"the model has no obligation `{node.text}`"
@@ -80,7 +79,7 @@ class WaiverKeys(Keys):
             self.reader.add(Slug.CONTRADICTION, message, self.node.items["expires"].place, "write a later day")
         if node is None or node.text is None or reason is None or author is None or day is None:
             return None
-        return Waiver(node.text, reason, author, day, expires, node.place)
+        return Waiver(node.text, reason, author, day, expires, node.place, self.node.origin or "")
 
 
 WAIVER_LIST = MappingListType(WaiverKeys, "list of waivers")
@@ -96,6 +95,7 @@ def _checked(entries: Iterable[WaiverKeys], model: BehaviorModel) -> Iterator[Wa
 
     known = [str(obligation) for obligation in Obligations.of(model)]
     first: dict[str, Waiver] = {}
+    noted: list[Place] = []
     for entry in entries:
         waiver = entry.waiver(known)
         if waiver is None:
@@ -103,7 +103,9 @@ def _checked(entries: Iterable[WaiverKeys], model: BehaviorModel) -> Iterator[Wa
         if waiver.obligation in first and waiver.place is not None:
             before = first[waiver.obligation].place
             message = f"`{waiver.obligation}` has a waiver already, in line {before.line if before is not None else 0}"
-            entry.reader.add(Slug.DUPLICATE_VALUE, message, waiver.place, "leave out one of the two")
+            if waiver.place not in noted:  # of a waiver for several instances the first one is enough
+                entry.reader.add(Slug.DUPLICATE_VALUE, message, waiver.place, "leave out one of the two")
+            noted.append(waiver.place)
             continue
         first[waiver.obligation] = waiver
         yield waiver

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 from scbm.model import ObjectLists
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scbm.files.yaml.document import YamlNode
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
@@ -35,23 +37,38 @@ def read_object_lists(document: YamlNode) -> ObjectLists | None:
     types = document.get("types")
     if types is None:
         return None
-    listed = {name: _objects(node) for name, node in types.items.items()}
+    listed = tuple((name, _objects(node)) for name, node in types.items.items())
+    parents = tuple((name, node.items["of"].text or "") for name, node in types.items.items() if "of" in node.items)
     tables = document.get("tables")
-    columns = {name: node.items["of"].plain for name, node in tables.items.items()} if tables is not None else {}
-    rows = {name: node.items["rows"].plain for name, node in tables.items.items()} if tables is not None else {}
+    tabled = tuple(_table(name, node) for name, node in tables.items.items()) if tables is not None else ()
     name = document.get("behavior_model")
     declared: list[object] = [
         None if name is None else name.text,
-        {name: node.items["of"].plain if "of" in node.items else None for name, node in types.items.items()},
-        columns,
+        sorted(name for name, _ in listed),
+        sorted(parents),
+        sorted((name, columns) for name, columns, _ in tabled),
     ]
     for section, others in _SECTIONS.items():
         node = document.get(section)
         entries = node.items.items() if node is not None else ()
         declared.append([[_close(key), _without(entry.plain, others)] for key, entry in entries])
-    return ObjectLists(
-        _digest(declared), _digest(rows), tuple((name, names) for name, names in listed.items() if names)
-    )
+    return ObjectLists(_digest(declared), listed, parents, tabled, tuple(_entries(document)))
+
+
+def _entries(document: YamlNode) -> Iterator[tuple[str, str]]:
+    """Yield the section and the name of each operation and automatic transition with parameters."""
+    for section in ("operations", "automatic_transitions"):
+        node = document.get(section)
+        for key in node.items if node is not None else ():
+            name, bracket, _ = key.partition("[")
+            if bracket:
+                yield section, name.rstrip()
+
+
+def _table(name: str, node: YamlNode) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
+    """Return the name, the columns and the rows of a table; a table of one column may list its objects."""
+    rows = (tuple(cell.text or "" for cell in row.elements or [row]) for row in node.items["rows"].elements)
+    return name, tuple(column.text or "" for column in node.items["of"].elements), tuple(rows)
 
 
 def _objects(node: YamlNode) -> tuple[str, ...]:
@@ -72,7 +89,7 @@ def _closed(plain: object) -> object:
     """Return data with all blanks of its texts removed that separate no words."""
     if isinstance(plain, dict):
         return {_close(str(key)): _closed(each) for key, each in plain.items()}
-    if isinstance(plain, list):
+    if isinstance(plain, list | tuple):
         return [_closed(each) for each in plain]
     return _close(plain) if isinstance(plain, str) else plain
 

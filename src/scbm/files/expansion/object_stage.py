@@ -20,7 +20,6 @@ from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
 from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
 from scbm.files.language.entry_names import name_fault
-from scbm.files.spelling import nearest
 from scbm.files.yaml.instance_names import InstanceNames
 from scbm.model import Slug
 from scbm.model.variables import (
@@ -71,8 +70,7 @@ def _has_objects(document: YamlNode) -> bool:
         for entry in entries_of(document.items[section]) if section in document.items else ():
             if "[" in entry.key or "where" in entry.node.items:
                 return True
-    waivers = document.get("waivers")
-    return waivers is not None and any("where" in waiver.items for waiver in waivers.elements)
+    return False
 
 
 @dataclass(slots=True)
@@ -289,9 +287,6 @@ class _ObjectStage:
         if entry.key == "initial_states":
             maker = TemplateMaker(LiftedScope(self._names), self._report)
             return entry._replace(node=maker.template(entry.node, "predicate").node({}))
-        if entry.key == "waivers" and isinstance(entry.node.plain, list):
-            waivers = [ground for waiver in entry.node.elements for ground in self._waivers(waiver)]
-            return entry._replace(node=list_node(waivers, entry.node.place, entry.node.end))
         return entry
 
     def _ground_section(self, section: MappingEntry) -> YamlNode:
@@ -313,79 +308,6 @@ class _ObjectStage:
             message = f"`{lifted.key.shown}` has the instance `{made.key}`, which is in {line} already"
         remedy = "leave out one of them, or exclude these objects with `where`"
         self._report.add(Slug.DUPLICATE_NAME, message, made.place, remedy)
-
-    # waivers
-
-    def _waivers(self, waiver: YamlNode) -> Iterator[YamlNode]:
-        """Yield the waivers of ground obligations: one for each instance that exists."""
-        obligation = waiver.get("obligation")
-        text = obligation.text if obligation is not None else None
-        if obligation is None or text is None:
-            yield waiver
-            return
-        key = lifted_key(text, obligation.place, self._names, self._report, is_named=False)
-        scope = LiftedScope(self._names).with_parameters(key.parameters if key is not None else {})
-        entry = MappingEntry("waiver", waiver.place, waiver, waiver.end)
-        node, conditions = self._conditions(entry, key, scope)
-        base, rest = (key.base, key.rest) if key is not None else _split(text)
-        owner = self._owner(base)
-        if owner is None:
-            if key is None and "[" not in text and (near := self._similar(base)) is not None:
-                message = f"the model has no obligation `{text}`"
-                remedy = f"did you mean `{near}{rest}`?"
-                self._report.add(Slug.UNKNOWN_OBLIGATION, message, obligation.place, remedy)
-            elif key is None and "[" not in text:
-                yield node
-            elif key is not None:
-                self._report.add(
-                    Slug.UNKNOWN_OBLIGATION, f"there is nothing with parameters called `{base}`", key.place
-                )
-            return
-        choices = self._choices("waivers", key, conditions) if key is not None else owner
-        known = dict.fromkeys(owner)
-        template = TemplateMaker(scope, self._report).template(node)
-        for choice in choices:
-            if choice in known:
-                yield _waiver(template, key, choice, f"{base}{joined(choice)}{rest}")
-
-    def _similar(self, base: str) -> str | None:
-        """Return the lifted entry with a name like that of an unknown obligation; `None` if there is none."""
-        lifted: list[str] = []
-        for section, prefix in (("operations", ""), ("automatic_transitions", "automatic/")):
-            for entry in self._entries.get(section, ()):
-                if entry.key is not None:
-                    lifted.append(f"{prefix}{entry.key.base}")
-                elif f"{prefix}{entry.written.key}" == base:
-                    return None
-        is_ground = any(base.startswith(f"{each}.") for each in lifted)
-        return None if is_ground else nearest(base, lifted)
-
-    def _owner(self, base: str) -> list[tuple[str, ...]] | None:
-        """Return the choices of the operation or of the automatic transition with obligations of this name."""
-        section = "automatic_transitions" if base.startswith("automatic/") else "operations"
-        found = [
-            e
-            for e in self._entries.get(section, ())
-            if e.key is not None and e.key.base == base.removeprefix("automatic/")
-        ]
-        return [choice for entry in found for choice in entry.choices] if found else None
-
-
-def _waiver(template: NodeTemplate, key: LiftedKey | None, choice: tuple[str, ...], name: str) -> YamlNode:
-    node = template.node(_named(key, choice))
-    entries = list(entries_of(node))
-    return with_entries(
-        node,
-        (e if e.key != "obligation" else e._replace(node=text_node(name, e.node.place, e.node.end)) for e in entries),
-    )
-
-
-def _split(text: str) -> tuple[str, str]:
-    """Return the name of what an obligation is about, and the rest: the state."""
-    if text.startswith("automatic/"):
-        return text, ""
-    base, slash, state = text.partition("/")
-    return base, slash + state
 
 
 def _names_from(section: str, key: LiftedKey, objects: str) -> Iterator[tuple[str, str]]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 from scbm.files.expansion.handshakes import expand_handshakes
 from scbm.files.expansion.object_stage import expand_objects
 from scbm.files.expansion.parts import expand_parts
+from scbm.files.expansion.waiver_stage import expand_waivers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,4 +47,5 @@ def expand(document: YamlNode, report: ErrorCollector) -> ExpandedFile:
     lifted = ground = expand_parts(document, report)
     for stage in _AFTER_PARTS:
         ground = stage(ground, report)
+    ground = expand_waivers(lifted, ground, report)
     return ExpandedFile(lifted, ground)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.text_files import ErrorCollector
-    from scbm.model import Place
+    from scbm.model import ObjectLists, Place
 
 WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """The syntax of the names of types, tables, objects and parameters: without dots, which join ground names."""
@@ -81,7 +81,7 @@ class _FactsReader:
             self._read_type(name, node)
         self._check_parents(types)
         is_whole = len(self._report) == self._errors
-        objects = self._objects()
+        objects = _with_subtypes(self._own, self._parents)
         read: dict[str, ObjectTable] = {}
         for name, node in self._entries(tables, "tables", "{near: {of: [zone, zone], rows: [[a, b]]}}"):
             if name in objects:
@@ -171,23 +171,6 @@ class _FactsReader:
             found.append(parent)
         return found
 
-    def _objects(self) -> dict[str, tuple[str, ...]]:
-        """Return the objects of each type: its own, then those of its subtypes in the order of the file."""
-        subtypes: dict[str, list[str]] = {name: [] for name in self._own}
-        for name in self._own:
-            if name in self._parents:
-                subtypes[self._parents[name]].append(name)
-        found: dict[str, tuple[str, ...]] = {}
-        for name in self._own:
-            objects: dict[str, None] = {}
-            open_types = [name]
-            while open_types:
-                other = open_types.pop()
-                objects |= dict.fromkeys(self._own[other])
-                open_types += reversed(subtypes[other])
-            found[name] = tuple(objects)
-        return found
-
     # tables
 
     def _table(self, name: str, node: YamlNode, objects: Mapping[str, tuple[str, ...]]) -> ObjectTable:
@@ -242,6 +225,36 @@ def _is_list(node: YamlNode | None) -> bool:
 def _key(section: YamlNode | None, name: str) -> Place:
     assert section is not None  # noqa: S101 - it has an entry with this name
     return section.key_places[name]
+
+
+def _with_subtypes(own: Mapping[str, Iterable[str]], parents: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """Return the objects of each type: its own, then those of its subtypes in the order of the file."""
+    subtypes: dict[str, list[str]] = {name: [] for name in own}
+    for name in own:
+        if name in parents:
+            subtypes[parents[name]].append(name)
+    found: dict[str, tuple[str, ...]] = {}
+    for name in own:
+        objects: dict[str, None] = {}
+        open_types = [name]
+        while open_types:
+            other = open_types.pop()
+            objects |= dict.fromkeys(own[other])
+            open_types += reversed(subtypes[other])
+        found[name] = tuple(objects)
+    return found
+
+
+def facts_of(objects: ObjectLists, place: Place) -> StaticFacts:
+    """Return the types and the tables of a model whose file is not at hand.
+
+    Args:
+        objects: the objects and tables of the model.
+        place: where its objects count as named.
+    """
+    types = _with_subtypes(dict(objects.types), dict(objects.parents))
+    tables = {name: ObjectTable(name, columns, frozenset(rows)) for name, columns, rows in objects.tables}
+    return StaticFacts(types, tables, {name: place for _, names in objects.types for name in names})
 
 
 def joined(names: Iterable[str]) -> str:

@@ -1,0 +1,255 @@
+"""The stage of waivers: a waiver of an entry with parameters becomes one for each instance that it is for.
+
+Waivers in a model file and in a file of their own are expanded in the same way, after everything else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, text_node, with_entries
+from scbm.files.expansion.formulas import LiftedFault
+from scbm.files.expansion.lifted_entries import LiftedKey, TooManyChoices, choices_of, lifted_key
+from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
+from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, without
+from scbm.files.expansion.static_facts import StaticFacts, facts_of, joined, read_facts
+from scbm.files.spelling import nearest, suggestion
+from scbm.files.yaml.text_files import ErrorCollector
+from scbm.model import Slug
+from scbm.model.variables import OperationState
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.files.expansion.formulas import Formula
+    from scbm.files.yaml.document import YamlNode
+    from scbm.model import BehaviorModel
+
+_PREFIXES = {"operations": "", "automatic_transitions": "automatic/"}
+"""The sections whose entries have obligations, and how the names of these begin."""
+
+_STATES = tuple(state.value for state in OperationState if state is not OperationState.INITIAL)
+"""The states of operations that are obligations, beside `queued`."""
+
+
+@dataclass(slots=True)
+class WaivableEntries:
+    """The operations and automatic transitions of a model, by the names that their obligations begin with.
+
+    Attributes:
+        instances: the choices of objects of each entry with parameters.
+        plain: the entries without parameters.
+        variables: the variables of the model, which conditions on objects cannot read.
+    """
+
+    instances: dict[str, list[tuple[str, ...]]] = field(default_factory=dict)
+    plain: list[str] = field(default_factory=list)
+    variables: tuple[str, ...] = ()
+
+    def add(self, section: str, name: str, lifted: str | None) -> None:
+        """Add a ground entry; `lifted` is the entry that it is an instance of."""
+        prefix = _PREFIXES[section]
+        if lifted is None:
+            self.plain.append(f"{prefix}{name}")
+        else:
+            choice = tuple(name.removeprefix(f"{lifted}.").split("."))
+            self.instances.setdefault(f"{prefix}{lifted}", []).append(choice)
+
+    @staticmethod
+    def of_trees(lifted: YamlNode, ground: YamlNode) -> WaivableEntries:
+        """Return the entries of a model file: the tree before its objects are expanded, and the tree after that."""
+        variables = ground.get("variables")
+        found = WaivableEntries(variables=tuple(variables.items) if variables is not None else ())
+        for section, prefix in _PREFIXES.items():
+            written, node = lifted.get(section), ground.get(section)
+            for key in written.items if written is not None else ():
+                if "[" in key:
+                    found.instances.setdefault(f"{prefix}{key.partition('[')[0].rstrip()}", [])
+            for name, entry in node.items.items() if node is not None else ():
+                found.add(section, name, entry.origin)
+        return found
+
+    @staticmethod
+    def of_model(model: BehaviorModel) -> WaivableEntries:
+        """Return the entries of a model."""
+        found = WaivableEntries(variables=tuple(variable.name for variable in model.variables))
+        for section, name in model.objects.entries if model.objects is not None else ():
+            found.instances.setdefault(f"{_PREFIXES[section]}{name}", [])
+        origins = {(origin.section, origin.name): origin.lifted for origin in model.origins}
+        parts = [("operations", operation.name) for operation in model.operations]
+        parts += [("automatic_transitions", transition.name) for transition in model.automatic_transitions]
+        for section, name in parts:
+            found.add(section, name, origins.get((section, name)))
+        return found
+
+
+def expand_waivers(lifted: YamlNode, ground: YamlNode, report: ErrorCollector) -> YamlNode:
+    """Return the tree of a model file with waivers of ground obligations.
+
+    Args:
+        lifted: the tree before its objects are expanded.
+        ground: the tree after that.
+        report: where errors and warnings go.
+    """
+    if ground.get("waivers") is None:
+        return ground
+    facts = read_facts(lifted, ErrorCollector([]))  # its errors are noted by the stage of objects
+    return _WaiverStage(WaivableEntries.of_trees(lifted, ground), facts, report).expanded(ground)
+
+
+def expand_waivers_file(document: YamlNode, model: BehaviorModel, report: ErrorCollector) -> YamlNode:
+    """Return the tree of a file of waivers with waivers of ground obligations of a model."""
+    facts = StaticFacts() if model.objects is None else facts_of(model.objects, document.place)
+    are_known = model.objects is not None or not model.origins
+    return _WaiverStage(WaivableEntries.of_model(model), facts, report, are_known=are_known).expanded(document)
+
+
+class _WaiverStage:
+    def __init__(
+        self, entries: WaivableEntries, facts: StaticFacts, report: ErrorCollector, *, are_known: bool = True
+    ) -> None:
+        """Take the entries of the model, its types and tables, and whether these are known."""
+        self._entries = entries
+        variables = dict.fromkeys((*entries.variables, *(name.partition(".")[0] for name in entries.variables)))
+        self._names = LiftedNames(facts, plain=frozenset(name for name in variables if name not in facts.places))
+        self._report = report
+        self._are_known = are_known
+
+    def expanded(self, document: YamlNode) -> YamlNode:
+        node = document.get("waivers")
+        if node is None or not isinstance(node.plain, list):
+            return document
+        waivers = [ground for waiver in node.elements for ground in self._waivers(waiver)]
+        new = list_node(waivers, node.place, node.end)
+        entries = entries_of(document)
+        return with_entries(document, [e if e.key != "waivers" else e._replace(node=new) for e in entries])
+
+    def _waivers(self, waiver: YamlNode) -> Iterator[YamlNode]:
+        """Yield the waivers of ground obligations: one for each instance that exists; note what is wrong."""
+        obligation = waiver.get("obligation")
+        text = obligation.text if obligation is not None else None
+        if obligation is None or text is None:
+            yield waiver
+            return
+        if "[" in text and not self._are_known:
+            message = "the objects of this model are not known: an older scbm wrote the store"
+            remedy = "add a run of the model to the store, or name each obligation"
+            self._report.add(Slug.NOT_STATIC, message, obligation.place, remedy)
+            return
+        key = lifted_key(text, obligation.place, self._names, self._report, is_named=False)
+        if key is None and "[" in text:
+            return  # which is noted
+        base, rest = (key.base, key.rest) if key is not None else _split(text)
+        scope = LiftedScope(self._names).with_parameters(key.parameters if key is not None else {})
+        node, conditions = self._conditions(waiver, key, scope)
+        instances = self._entries.instances.get(base)
+        if instances is None:
+            if not self._is_unknown(obligation, text, base, rest, is_lifted=key is not None):
+                yield node
+            return
+        if not self._has_state(obligation, text, base, rest):
+            return
+        self._report.fold_lines(waiver.place, last_line(waiver))
+        chosen = instances if key is None else self._chosen(key, instances, conditions)
+        if not chosen:
+            self._warn_of_no_instance(obligation, base, has_any=bool(instances))
+        template = TemplateMaker(scope, self._report).template(node)
+        for choice in chosen:
+            ground = template.node(_named(key, choice))
+            yield replace(_renamed(ground, f"{base}{joined(choice)}{rest}"), origin=text)
+
+    def _conditions(
+        self, waiver: YamlNode, key: LiftedKey | None, scope: LiftedScope
+    ) -> tuple[YamlNode, list[Formula]]:
+        """Return a waiver without `where`, and its conditions."""
+        where = waiver.get("where")
+        if where is None:
+            return waiver, []
+        node = without(waiver, "where")
+        if key is None:
+            message = "`where` chooses objects, and the obligation has no parameters"
+            remedy = "write for example `obligation: move[r in robot]/failed`, or leave out `where`"
+            self._report.add(Slug.NOT_STATIC, message, waiver.key_places["where"], remedy)
+            return node, []
+        return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conjuncts()]
+
+    def _is_unknown(self, obligation: YamlNode, text: str, base: str, rest: str, *, is_lifted: bool) -> bool:
+        """Return whether an obligation of no entry with parameters is an error, which is noted."""
+        lifted = list(self._entries.instances)
+        if is_lifted:
+            message = f"there is nothing with parameters called `{base}`"
+            remedy = suggestion(base, lifted, "with parameters there are")
+            if base in self._entries.plain:
+                remedy = f"it has none: write `{base}{rest}`"
+            self._report.add(Slug.UNKNOWN_OBLIGATION, message, obligation.place, remedy)
+            return True
+        is_ground = base in self._entries.plain or any(base.startswith(f"{each}.") for each in lifted)
+        near = None if is_ground else nearest(base, lifted)
+        if near is not None:
+            message = f"the model has no obligation `{text}`"
+            self._report.add(Slug.UNKNOWN_OBLIGATION, message, obligation.place, f"did you mean `{near}{rest}`?")
+        return near is not None
+
+    def _has_state(self, obligation: YamlNode, text: str, base: str, rest: str) -> bool:
+        """Return whether the end of an obligation names a state where there are some; note another end."""
+        is_automatic = base.startswith(_PREFIXES["automatic_transitions"])
+        ends = [""] if is_automatic else [f"/{state}" for state in (*_STATES, "queued")]
+        if rest in ends:
+            return True
+        remedy = suggestion(f"{base}{rest}", [f"{base}{end}" for end in ends], "its obligations are")
+        message = f"the model has no obligation `{text}`"
+        self._report.add(Slug.UNKNOWN_OBLIGATION, message, obligation.place, remedy)
+        return False
+
+    def _chosen(
+        self, key: LiftedKey, instances: list[tuple[str, ...]], conditions: list[Formula]
+    ) -> list[tuple[str, ...]]:
+        """Return the instances that a key with parameters is for; note too many parameters, and too few."""
+        arity = len(instances[0]) if instances else len(key.kinds)
+        if len(key.kinds) != arity:
+            count = f"{arity} parameter{'s' if arity != 1 else ''}"
+            message = f"`{key.base}` has {count}, and this has {len(key.kinds)}"
+            self._report.add(Slug.WRONG_INDEX, message, key.place, "name a type for each, in their order")
+            return []
+        try:
+            choices = dict.fromkeys(choices_of(key, self._names.facts.types, conditions))
+        except TooManyChoices as error:
+            remedy = "exclude choices with `where`"
+            self._report.add(Slug.TOO_MANY_INSTANCES, f"`{key.shown}` has {error.shown}", key.place, remedy)
+            return []
+        except LiftedFault as fault:
+            self._report.add(fault.slug, fault.message, key.place, fault.remedy)
+            return []
+        return [choice for choice in instances if choice in choices]
+
+    def _warn_of_no_instance(self, obligation: YamlNode, base: str, *, has_any: bool) -> None:
+        reason = f"no instance of `{base}` has these objects" if has_any else f"`{base}` has no instance"
+        remedy = "correct the types or `where`, or remove the waiver" if has_any else "remove it, or add objects"
+        message = f"this waiver is for nothing: {reason}"
+        self._report.warn(Slug.NO_INSTANCE, message, obligation.place, remedy)
+
+
+def _renamed(waiver: YamlNode, name: str) -> YamlNode:
+    """Return a waiver with another obligation, at the place of the written one."""
+    entries = list(entries_of(waiver))
+    return with_entries(waiver, [e if e.key != "obligation" else _with_text(e, name) for e in entries])
+
+
+def _with_text(entry: MappingEntry, text: str) -> MappingEntry:
+    return entry._replace(node=text_node(text, entry.node.place, entry.node.end))
+
+
+def _split(text: str) -> tuple[str, str]:
+    """Return the name of what an obligation is about, and the rest: the state."""
+    if text.startswith(_PREFIXES["automatic_transitions"]):
+        return text, ""
+    base, slash, state = text.partition("/")
+    return base, slash + state
+
+
+def _named(key: LiftedKey | None, choice: tuple[str, ...]) -> dict[str, str]:
+    """Return the objects of the parameters that have names."""
+    if key is None:
+        return {}
+    return {name: each for name, each in zip(key.names, choice, strict=True) if name is not None}
