@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "robot_in_the_air"
 TEXTS = [(EXAMPLES / name).read_text(encoding="utf-8") for name in ("before.yaml", "handshakes.yaml", "after.yaml")]
 
-LIFTED = [(EXAMPLES.parents[1] / "tests" / "models" / "valid" / "objects.yaml").read_text(encoding="utf-8")]
-"""Models with objects and parameters, which are expanded before they are checked."""
-
 
 def check_answer(text: str) -> tuple[Diagnostic, ...]:
     """A model, or located errors. Any other exception than `InputError` fails the test."""
@@ -48,12 +45,6 @@ def test_one_mutation_ends_in_a_model_or_in_located_errors(mutation: Mutation) -
 @given(malformed(TEXTS, MUTATIONS, 6))
 @examples(150)
 def test_many_mutations_end_in_a_model_or_in_located_errors(text: str) -> None:
-    check_answer(text)
-
-
-@given(malformed(LIFTED, MUTATIONS, 4))
-@examples(300, usual=20)
-def test_mutations_of_a_lifted_model_end_in_a_model_or_in_located_errors(text: str) -> None:
     check_answer(text)
 
 

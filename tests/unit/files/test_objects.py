@@ -10,8 +10,14 @@ import pytest
 from published.plants import factory
 
 from scbm.files import digest_of, load_model, read_located, read_model, write_model
+from scbm.files.expansion.formulas import IndexedName
+from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
+from scbm.files.expansion.lifted_parser import LiftedParser
+from scbm.files.expansion.lifted_tokens import text_of
+from scbm.files.expansion.static_facts import ObjectTable, StaticFacts
 from scbm.files.expansion.thresholds import Joint, at_least, copies
 from scbm.model import Assign, InputError, Severity, Slug
+from support.step_limits import step_limit
 
 if TYPE_CHECKING:
     from scbm.files.expansion.thresholds import Threshold
@@ -333,3 +339,54 @@ def test_a_name_with_an_index_is_declared_once() -> None:
     with pytest.raises(InputError) as raised:
         read_model(text)
     assert [(each.slug, each.place.line) for each in raised.value.diagnostics] == [(Slug.DUPLICATE_NAME, 8)]
+
+
+LARGE = "behavior_model: large\ntypes: {place: [" + ", ".join(f"o{number}" for number in range(90)) + "]}\n"
+LARGE += "variables:\n  open[place]: {domain: bool, initial: false}\n"
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "go[a in place, b in place]: {pre: {g: forall c in place. (open.c == open.a)}, post: {g: true}}",
+        "go[a in place]: {pre: {g: true}, post: {g: true, a: ['forall c in place, d in place. open.c <- true']}}",
+        "go[a in place, b in place, c in place]: {pre: {g: open.a == true}, post: {g: true}}",
+        "go: {pre: {g: 'forall a in place, b in place, c in place. (open.a == open.b)'}, post: {g: true}}",
+        "go: {pre: {g: 'count a in place. (open.a == true) >= 40'}, post: {g: true}}",
+    ],
+)
+def test_what_would_be_too_large_is_refused_before_it_is_built(entry: str) -> None:
+    with pytest.raises(InputError) as raised, step_limit(200_000):
+        read_model(f"{LARGE}operations:\n  {entry}\n")
+    assert [each.slug for each in raised.value.diagnostics] == [Slug.TOO_MANY_INSTANCES]
+
+
+ZONES = ("a", "b", "c")
+NAMES = LiftedNames(
+    StaticFacts({"zone": ZONES}, {"way": ObjectTable("way", ("zone", "zone"), frozenset({("a", "b")}))}, {}),
+    {
+        "full": IndexedName(
+            "variables", "full", "full", "", ("zone",), (dict.fromkeys(ZONES),), {(z,): None for z in ZONES}
+        )
+    },
+    frozenset({"on"}),
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "least"),
+    [
+        ("on == true && full.z == true", 26),
+        ("on == true || z == y", 0),
+        ("on == true && forall x in zone. (full.x == true && (on == x))", 70),
+        ("forall x in zone. (way(x, z) -> full.x == true)", 0),
+        ("exists x in zone. (!(full.x == true && on == true))", 60),
+        ("count x in zone. (full.x == true) >= 2", 0),
+    ],
+)
+def test_no_instance_is_smaller_than_the_least_size_of_a_text(text: str, least: int) -> None:
+    scope = LiftedScope(NAMES).with_parameters({"z": "zone", "y": "zone"})
+    formula = LiftedParser(text, scope, lambda *_: pytest.fail("the text is right")).predicate()
+    grounds = [formula.ground({"z": z, "y": y}) for z in ZONES for y in ZONES]
+    sizes = [0 if isinstance(each, bool) else len(text_of(each.pieces)) for each in grounds]
+    assert least * 0.6 <= formula.least_characters() <= min(sizes)

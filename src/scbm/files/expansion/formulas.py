@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import IntEnum
 from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from scbm.files.expansion.static_facts import joined
@@ -75,6 +76,10 @@ class Formula(ABC):
     @abstractmethod
     def ground(self, choice: Choice) -> Ground:
         """Return the predicate for a choice of objects. Raises `LiftedFault`."""
+
+    def least_characters(self) -> int:
+        """Return how many characters each ground text has at least; 0 if a choice may make it true or false."""
+        return 0
 
     def conjuncts(self) -> tuple[Formula, ...]:
         """Return the operands of a conjunction, and the formula itself otherwise."""
@@ -173,7 +178,7 @@ class EqualityFormula(Formula):
 
 
 class TextSlot(ABC):
-    """A part of an atom whose text depends on the choice."""
+    """A part of an atom whose text depends on the choice; it has at least one character."""
 
     parameters: frozenset[str]
 
@@ -265,6 +270,10 @@ class AtomFormula(Formula):
         slots = (part.parameters for part in parts if isinstance(part, TextSlot))
         self.parameters = frozenset().union(*slots)
 
+    def least_characters(self) -> int:
+        """Return the number of characters, with one for each part that depends on the choice."""
+        return sum(1 if isinstance(part, TextSlot) else len(part[0]) for part in self._parts)
+
     def pieces(self, choice: Choice) -> Pieces:
         """Return the text for a choice. Raises `LiftedFault`."""
         return [part.piece(choice) if isinstance(part, TextSlot) else part for part in self._parts]
@@ -287,6 +296,10 @@ class NegatedFormula(Formula):
         """Return the negation."""
         return negated(self._operand.ground(choice), self._begin)
 
+    def least_characters(self) -> int:
+        """Return that of the operand."""
+        return self._operand.least_characters()
+
 
 class JointFormula(Formula):
     """A conjunction or a disjunction; operands that are true or false for a choice are left out."""
@@ -302,6 +315,10 @@ class JointFormula(Formula):
     def ground(self, choice: Choice) -> Ground:
         """Return the operands that depend on variables, or what the others decide."""
         return joint(self._tightness, (operand.ground(choice) for operand in self._operands), self._span)
+
+    def least_characters(self) -> int:
+        """Return the sum of the operands, unless one of them may decide the formula."""
+        return _least_sum(self._operands)
 
     def conjuncts(self) -> tuple[Formula, ...]:
         """Return the operands of a conjunction."""
@@ -342,6 +359,10 @@ class ImpliedFormula(Formula):
         text = [*bracketed(left, Tightness.DISJUNCTION, self._span), arrow, *right.pieces]
         return GroundText(text, Tightness.IMPLICATION)
 
+    def least_characters(self) -> int:
+        """Return the sum of both sides, unless one of them may decide the formula."""
+        return _least_sum((self._left, self._right))
+
 
 class GroupFormula(Formula):
     """A predicate in brackets, which remain around connectives."""
@@ -361,6 +382,10 @@ class GroupFormula(Formula):
         opening, closing = ("(", self._begin, self._begin + 1), (")", self._end - 1, self._end)
         return GroundText([opening, *inner.pieces, closing], Tightness.ATOM)
 
+    def least_characters(self) -> int:
+        """Return that of the predicate in the brackets."""
+        return self._inner.least_characters()
+
     def conjuncts(self) -> tuple[Formula, ...]:
         """Return the conjuncts of the predicate in the brackets."""
         return self._inner.conjuncts()
@@ -368,6 +393,11 @@ class GroupFormula(Formula):
     def candidates(self, name: str, choice: Choice) -> Collection[str] | None:
         """Return what the predicate in the brackets allows."""
         return self._inner.candidates(name, choice)
+
+
+def _least_sum(operands: Sequence[Formula]) -> int:
+    sizes = [operand.least_characters() for operand in operands]
+    return sum(sizes) if all(sizes) else 0
 
 
 class WorkLimit:
@@ -380,12 +410,21 @@ class WorkLimit:
     def __init__(self) -> None:
         self._instances = 0
         self._characters = 0
+        self._expected = 0
         self.is_exceeded = False
+
+    def expect_characters(self, number: int, begin: int, end: int) -> None:
+        """Count characters that texts will have at least. Raises `LiftedFault` if there would be too many."""
+        self._expected += number
+        self._refuse_characters(self._expected, begin, end)
 
     def count_characters(self, number: int, begin: int, end: int) -> None:
         """Count the characters of one more text. Raises `LiftedFault` if there are too many."""
         self._characters += number
-        if self._characters > _MAX_CHARACTERS:
+        self._refuse_characters(self._characters, begin, end)
+
+    def _refuse_characters(self, number: int, begin: int, end: int) -> None:
+        if number > _MAX_CHARACTERS:
             self.is_exceeded = True
             message = f"the file has more than {_MAX_CHARACTERS:,} characters when it is written out"
             remedy = "use fewer objects, or fewer quantifiers in entries with parameters"
@@ -409,6 +448,11 @@ class Bound:
     end: int
     limit: WorkLimit
 
+    @property
+    def count(self) -> int:
+        """The number of choices."""
+        return prod(map(len, self.objects.values()))
+
     def choices(self, outer: Choice) -> Iterator[dict[str, str]]:
         """Yield the choices that extend an outer one, the last parameter fastest. Raises `LiftedFault`."""
         names = list(self.objects)
@@ -431,6 +475,10 @@ class QuantifiedFormula(Formula):
         """Return the body for all objects, joined; no objects make `forall` true and `exists` false."""
         instances = (self._body.ground(inner) for inner in self._bound.choices(choice))
         return joint(self._tightness, instances, (self._bound.begin, self._bound.end))
+
+    def least_characters(self) -> int:
+        """Return that of the body for all objects."""
+        return self._bound.count * self._body.least_characters()
 
 
 def relation_holds(relation: str, count: int, number: int) -> bool:

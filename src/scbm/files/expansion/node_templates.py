@@ -6,6 +6,7 @@ import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import partial
+from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from scbm.files.expansion.expanded_nodes import (
@@ -73,6 +74,13 @@ class NodeTemplate(ABC):
         """Return the ground node of a template that makes one."""
         return self.nodes(choice)[0]
 
+    def expect(self, instances: int) -> None:  # noqa: B027 - a copied node and a name are small
+        """Count what the ground nodes for so many choices have at least.
+
+        Raises:
+            InputError: the file would be too large.
+        """
+
 
 class CopyTemplate(NodeTemplate):
     """A node without parameters."""
@@ -112,6 +120,15 @@ class _LiftedScalar:
         self.is_wrong = True
         if message:
             self.report.add(slug, message, self.lifted.scalar.stretch(begin, end), remedy)
+
+    def expect(self, characters: int) -> None:
+        """Count the characters that the ground texts will have at least. Raises `InputError` if there are too many."""
+        if self.is_plain or self.is_wrong or self.lifted.scalar is None:
+            return
+        try:
+            self.limit.expect_characters(characters, 0, len(self.lifted.scalar.text))
+        except LiftedFault as fault:
+            self.note_fault(fault)
 
     def note_fault(self, fault: LiftedFault) -> None:
         """Note the error of a part that cannot be expanded. Raises `InputError` if the file is too large as a whole."""
@@ -169,6 +186,11 @@ class PredicateTemplate(NodeTemplate):
         for scalar, formula in self._parts:
             if not scalar.is_wrong:
                 yield from formula.conjuncts()
+
+    def expect(self, instances: int) -> None:
+        """Count the predicates without those that a choice may decide."""
+        for scalar, formula in self._parts:
+            scalar.expect(instances * formula.least_characters())
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the predicate; of a list, what is not true for this choice."""
@@ -233,6 +255,10 @@ class RequirementTemplate(NodeTemplate):
             self._parts = []
             self._scalar.note_fault(fault)
 
+    def expect(self, instances: int) -> None:
+        """Count the predicates."""
+        self._scalar.expect(instances * sum(p.least_characters() for p in self._parts if isinstance(p, Formula)))
+
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the requirement."""
         return [self._scalar.ground(lambda: self._pieces(choice))]
@@ -265,6 +291,10 @@ class ActionTemplate(NodeTemplate):
             self._bounds, self._action = LiftedParser(node.text or "", scope, self._scalar.note).action()
         except LiftedFault as fault:
             self._scalar.note_fault(fault)
+
+    def expect(self, instances: int) -> None:
+        """Count the actions for all objects."""
+        self._scalar.expect(instances * prod(bound.count for bound in self._bounds) * self._action.least_characters())
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the actions."""
@@ -319,6 +349,11 @@ class ListTemplate(NodeTemplate):
         self._node = node
         self._elements = elements
 
+    def expect(self, instances: int) -> None:
+        """Count what the elements have."""
+        for element in self._elements:
+            element.expect(instances)
+
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the list with the nodes of all its elements."""
         elements = [made for element in self._elements for made in element.nodes(choice)]
@@ -334,6 +369,11 @@ class MappingTemplate(NodeTemplate):
         """Take the entries, with the templates of their values and of those of their keys that have an index."""
         self._node = node
         self._entries = entries
+
+    def expect(self, instances: int) -> None:
+        """Count what the values have."""
+        for _, value, _ in self._entries:
+            value.expect(instances)
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the mapping."""

@@ -109,6 +109,8 @@ class _ObjectStage:
                     lifted for entry in entries_of(node) if (lifted := self._lifted(section, entry, kind)) is not None
                 ]
                 self._refuse_many(section)
+        for lifted in (each for listed in self._entries.values() for each in listed):
+            lifted.template.expect(len(lifted.choices))
         entries = [self._ground(entry) for entry in entries_of(self._document)]
         self._report.name_instances(self._instance_names)
         return with_entries(self._document, [entry for entry in entries if entry.key not in ("types", "tables")])

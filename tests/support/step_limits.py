@@ -1,0 +1,31 @@
+"""A limit on the steps of Python code, so that a test finds a hang without looking at a clock."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import FrameType
+
+
+@contextmanager
+def step_limit(calls: int) -> Iterator[None]:
+    """Raise `AssertionError` in the code within once it has made more than `calls` calls of functions."""
+    left = calls
+
+    def count(frame: FrameType, event: str, _: object) -> None:
+        nonlocal left
+        if event == "call":
+            left -= 1
+            if left < 0:
+                raise AssertionError(f"more than {calls:,} calls, the last one of {frame.f_code.co_qualname}")
+
+    before = sys.getprofile()
+    sys.setprofile(count)
+    try:
+        yield
+    finally:
+        sys.setprofile(before)
