@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
+from functools import lru_cache
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,13 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
     A name with the same words in another order comes first: `cnc_req_state.m` for `cnc.m_req_state`.
     """
-    by_folded = {candidate.casefold(): candidate for candidate in islice(known, _MAX_COMPARED)}
+    return _nearest(name, tuple(islice(known, _MAX_COMPARED)))
+
+
+@lru_cache(maxsize=32)
+def _nearest(name: str, known: tuple[str, ...]) -> str | None:
+    """Return the most similar name; an error of many instances asks for the same again and again."""
+    by_folded = {candidate.casefold(): candidate for candidate in known}
     words = _words(name)
     moved = next((other for folded, other in by_folded.items() if _words(folded) == words), None) if words[1:] else None
     if moved is not None and name.casefold() not in by_folded:

@@ -390,3 +390,13 @@ def test_no_instance_is_smaller_than_the_least_size_of_a_text(text: str, least: 
     grounds = [formula.ground({"z": z, "y": y}) for z in ZONES for y in ZONES]
     sizes = [0 if isinstance(each, bool) else len(text_of(each.pieces)) for each in grounds]
     assert least * 0.6 <= formula.least_characters() <= min(sizes)
+
+
+def test_an_error_of_many_instances_costs_little_more_than_reading_them() -> None:
+    text = f"{LARGE}  at: {{domain: place, initial: o0}}\noperations:\n"
+    text += "  go[a in place]: {pre: {g: at == aisle}, post: {g: true, a: [open.a <- yes, at <- a]}}\n"
+    read_model(text.replace("aisle", "o1").replace("yes", "true"))  # the grammar is made once
+    with pytest.raises(InputError) as raised, step_limit(200_000):
+        read_model(text)
+    found = [(each.slug, each.place.line) for each in raised.value.diagnostics]
+    assert found == [(Slug.VALUE_OUTSIDE_DOMAIN, 7), (Slug.UNKNOWN_NAME, 7)]

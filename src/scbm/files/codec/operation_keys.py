@@ -66,7 +66,9 @@ def read_actions(
 
 
 def _count_cases(reader: ValueReader, actions: Sequence[Action]) -> int:
-    sizes = {name: len(v.domain) for name, v in reader.scope.variables.items() if v is not None}
+    variables = reader.scope.variables
+    read = dict.fromkeys(name for action in actions for name in action.reads())
+    sizes = {name: len(v.domain) for name in read if (v := variables[name]) is not None}
     return count_sum_cases(actions, sizes)
 
 

@@ -10,7 +10,7 @@ from lark import Token
 
 from scbm.files.language.grammar import form_of
 from scbm.files.language.quantities import parse_duration
-from scbm.files.language.scope import Scope, Where
+from scbm.files.language.scope import Scope, Where, overlap
 from scbm.files.language.syntax import NO_CLOCKS, NO_HYPHENS, SLUGS, Start, SyntaxFault, SyntaxTree, extent, parse
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
@@ -151,11 +151,9 @@ class Resolver:
             remedy = f"write `{near}`" if near in ("true", "false") else remedy
             self.complain(Slug.NOT_A_PREDICATE, f"`{name}` is not a predicate", begin, end, remedy)
 
-    def _readable(self, domain: Domain | None = None) -> list[str]:
+    def _readable(self, domain: Domain | None = None) -> tuple[str, ...]:
         """Return the variables that an expression here can read; with a domain, those that can equal a value of it."""
-        variables = self.scope.variables.items()
-        readable = [(n, v) for n, v in variables if v is None or self.where.has_runner or not v.role.is_runner]
-        return [name for name, v in readable if v is None or domain is None or _overlap(v.domain, domain)]
+        return self.scope.readable(domain, has_runner=self.where.has_runner)
 
     def _comparison(self, tree: SyntaxTree) -> Predicate | None:
         operator = _token(tree, 1)
@@ -328,7 +326,7 @@ class Resolver:
             message = f"`{left.name}` is {_described(mine)}, and `{right.name}` is {_described(other)}"
             self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
             return False
-        if _overlap(mine, other) or _token(tree, 1) not in ("==", "!="):
+        if overlap(mine, other) or _token(tree, 1) not in ("==", "!="):
             return True
         message = f"`{left.name}` and `{right.name}` have no value in common"
         remedy = f"their domains are {mine} and {other}"
@@ -534,7 +532,7 @@ class Resolver:
             message = f"`{target.name}` is {_described(target.domain)}, and `{source.name}` is {_described(domain)}"
             self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
             return False
-        if not _overlap(domain, target.domain):
+        if not overlap(domain, target.domain):
             message = f"no value of `{source.name}` is a value of `{target.name}`"
             self.complain(Slug.NEVER_FITS, message, *extent(tree), f"their domains are {domain} and {target.domain}")
             return False
@@ -601,15 +599,6 @@ class Resolver:
             return int(digits)
         self.complain(Slug.BAD_NUMBER, message, *extent(written), remedy)
         return None
-
-
-def _overlap(left: Domain, right: Domain) -> bool:
-    """Return whether two domains have a value in common."""
-    if left.kind is not right.kind:
-        return False
-    if left.kind is ValueKind.INTEGER:
-        return max(left.values[0], right.values[0]) <= min(left.values[-1], right.values[-1])  # type: ignore[operator]
-    return not set(left.values).isdisjoint(right.values)
 
 
 def _connect(connective: str, operands: tuple[Predicate, ...]) -> Predicate:

@@ -7,7 +7,7 @@ from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from scbm.model.values import Value, format_value
+from scbm.model.values import Domain, Value, ValueKind, format_value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -32,6 +32,15 @@ class Where(Enum):
     def has_runner(self) -> bool:
         """Whether an expression at such a place can read variables of the runner."""
         return self not in (Where.WORLD, Where.ENVIRONMENT)
+
+
+def overlap(left: Domain, right: Domain) -> bool:
+    """Return whether two domains have a value in common."""
+    if left.kind is not right.kind:
+        return False
+    if left.kind is ValueKind.INTEGER:
+        return max(left.values[0], right.values[0]) <= min(left.values[-1], right.values[-1])  # type: ignore[operator]
+    return not set(left.values).isdisjoint(right.values)
 
 
 @dataclass(frozen=True)
@@ -72,6 +81,25 @@ class Scope:
             for value in variable.domain.values if variable is not None else ():
                 found.setdefault(format_value(value), name)
         return found
+
+    @cached_property
+    def _readable(self) -> dict[tuple[Domain | None, bool], tuple[str, ...]]:
+        """The results of `readable`: in a large model, many errors ask for the same."""
+        return {}
+
+    def readable(self, domain: Domain | None, *, has_runner: bool) -> tuple[str, ...]:
+        """Return the names of variables, in order.
+
+        Args:
+            domain: leave out variables that can never equal a value of this domain.
+            has_runner: whether the variables of the runner are among them.
+        """
+        key = (domain, has_runner)
+        if key not in self._readable:
+            variables = [(n, v) for n, v in self.variables.items() if v is None or has_runner or not v.role.is_runner]
+            names = (n for n, v in variables if v is None or domain is None or overlap(v.domain, domain))
+            self._readable[key] = tuple(names)
+        return self._readable[key]
 
     def has(self, value: Value) -> bool:
         """Return whether any variable can have this value."""

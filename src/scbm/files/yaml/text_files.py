@@ -110,14 +110,16 @@ class ErrorCollector:
         diagnostic = self._diagnostic(slug, message, place, remedy)
         instances = self._folded.get((place.file, place.line))
         written = diagnostic.source_line or ""
-        lifted = replace(diagnostic, message=self._names.in_text(diagnostic.message, written))
-        same = lifted.message
-        if instances is not None:
-            remedy = None if diagnostic.remedy is None else self._names.in_text(diagnostic.remedy, written)
-            lifted = replace(lifted, remedy=remedy)
-            same = self._names.without_objects(same)
-        noted = self._found.setdefault((place, slug, same), _NotedError(diagnostic, lifted, instances or 0))
-        noted.count += 1
+        lifted = self._names.in_text(diagnostic.message, written)
+        key = (place, slug, lifted if instances is None else self._names.without_objects(lifted))
+        if key in self._found:
+            self._found[key].count += 1
+            return
+        shown = diagnostic.remedy
+        if instances is not None and shown is not None:
+            shown = self._names.in_text(shown, written)
+        noted = _NotedError(diagnostic, replace(diagnostic, message=lifted, remedy=shown), instances or 0)
+        self._found[key] = noted
         if len(self._found) >= MAX_ERRORS:
             raise self.error()
 
