@@ -7,6 +7,7 @@ import typer
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.options.node_options import Bindings
+from scbm.cli.options.verb_options import Json
 from scbm.cli.output.terminal import activity_display, count_of, errors, results, write_json
 from scbm.closing.advice import THOROUGH, Checked, CheckLimits, Doubt, check_model
 from scbm.closing.current_date import today
@@ -25,7 +26,7 @@ def command(
         bool, typer.Option("--thorough", help="Explore on where the exploration for warnings would end.")
     ] = False,
     bindings: Bindings = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Report the errors of model files, and warnings about models that load."""
     if bindings is not None and len(models) > 1:

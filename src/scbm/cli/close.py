@@ -10,7 +10,7 @@ import typer
 
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED, sigterm_as_interrupt
-from scbm.cli.options.campaign_options import Jobs, read_executor
+from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import (
     DEFAULT_LIMITS,
     MaxChanges,
@@ -22,6 +22,7 @@ from scbm.cli.options.closing_options import (
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
+from scbm.cli.options.verb_options import Jobs, Json, Seed, SuiteFiles
 from scbm.cli.output.terminal import activity_display, errors, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificate
@@ -48,17 +49,14 @@ def command(
         typer.Argument(metavar="MODEL", help="The model file; with --check, certificates.", show_default=False),
     ] = None,
     *,
-    suite: Annotated[
-        list[Path] | None,
-        HelpSection.CASES.option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
-    ] = None,
+    suite: SuiteFiles = None,
     cases: Annotated[
         int,
         HelpSection.CASES.option(
             "--cases", metavar="N", min=0, max=10_000_000, help="Number of random cases to run first."
         ),
     ] = 0,
-    seed: Annotated[int, HelpSection.CASES.option("--seed", help="Seed of the random cases.")] = 0,
+    seed: Seed = 0,
     one_case_each: Annotated[
         bool,
         HelpSection.CASES.option(
@@ -89,7 +87,7 @@ def command(
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
-    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Generate cases for all that no case visits, or prove that no case can visit it. --check: check such proofs."""
     if check:

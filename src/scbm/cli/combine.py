@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.options.verb_options import Json
 from scbm.cli.output.terminal import results, write_json
 from scbm.reports.terminal.store_report import combined_json, combined_report
 from scbm.store import combine_stores
@@ -22,7 +23,7 @@ def command(
             "--across-edits", help="Take over what is unchanged in the model of the last store; list the rest."
         ),
     ] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Combine coverage stores of one model into one store."""
     combined = combine_stores(stores, out, across_edits=across_edits)

@@ -1,6 +1,5 @@
 """`scbm explain`: explains in sentences how an obligation is covered, or why it is not."""
 
-from pathlib import Path
 from shlex import quote
 from typing import Annotated, Any
 
@@ -17,9 +16,9 @@ from scbm.cli.options.closing_options import (
     MaxStates,
     limit_text,
 )
-from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
+from scbm.cli.options.verb_options import Json, Model, SuiteFiles
 from scbm.cli.output.terminal import activity_display, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
@@ -35,15 +34,12 @@ FORMAT_VERSION = 1
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    model: Model,
     obligation: Annotated[
         str, typer.Argument(help="`scan/failed`, `automatic/give_up`, or a name alone.", show_default=False)
     ],
     *,
-    suite: Annotated[
-        list[Path] | None,
-        HelpSection.CASES.option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
-    ] = None,
+    suite: SuiteFiles = None,
     waivers: WaiversFile = None,
     max_states: MaxStates = DEFAULT_LIMITS.situations,
     max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
@@ -53,7 +49,7 @@ def command(
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
-    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
     options = PlannerOptions(planner, max_length, max_expanded, plans=plans)

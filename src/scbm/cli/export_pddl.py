@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.options.option_values import read_goal, read_state
+from scbm.cli.options.verb_options import Goals, Model, StateValues
 from scbm.cli.output.terminal import results
 from scbm.files import FileWriter, load_model
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -13,13 +14,10 @@ from scbm.planning.pddl_export import PddlDomain
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    model: Model,
     *,
-    goal: Annotated[str | None, typer.Option("--goal", help="A goal's name, or a predicate. [all goals]")] = None,
-    state: Annotated[
-        list[str] | None,
-        typer.Option("--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."),
-    ] = None,
+    goal: Goals = None,
+    state: StateValues = None,
     out: Annotated[Path, typer.Option("--out", metavar="DIRECTORY", help="Where the files are written.")] = Path(
         "pddl"
     ),

@@ -13,10 +13,10 @@ from scbm.cli.campaigns.mutation_campaign import (
     read_score,
 )
 from scbm.cli.campaigns.test_campaign import CampaignOptions
-from scbm.cli.options.campaign_options import Cases, Files, Inputs, Jobs, Json, Model, Network, Require, Seed
 from scbm.cli.options.closing_options import DEFAULT_LIMITS, MaxPlanning, MaxStates
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.verb_options import Cases, CaseTimeLimit, Files, Inputs, Jobs, Json, Model, Network, Require, Seed
 from scbm.cli.output.terminal import errors
 from scbm.closing import CloseLimits
 
@@ -63,10 +63,7 @@ def command(
         ),
     ] = None,
     jobs: Jobs = None,
-    time_limit: Annotated[
-        str | None,
-        HelpSection.RUNNING.option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]"),
-    ] = None,
+    time_limit: CaseTimeLimit = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,

@@ -1,13 +1,8 @@
 """`scbm plan`: prints a plan to a goal, or the reason why there is none."""
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from scbm.cli.options.campaign_options import Jobs
-from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_values import read_goal, read_state
 from scbm.cli.options.planner_options import (
     MaxExpanded,
@@ -17,6 +12,7 @@ from scbm.cli.options.planner_options import (
     PlannerName,
     PlannerOptions,
 )
+from scbm.cli.options.verb_options import Goals, Jobs, Json, Model, StateValues
 from scbm.cli.output.terminal import TerminalOutput, results, write_json
 from scbm.files import load_model
 from scbm.model import And, BehaviorModel, Diagnostic, InputError, Place, PlanSet, Predicate, Slug, State, format_value
@@ -41,24 +37,17 @@ FORMAT_VERSION = 2
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    model: Model,
     *,
-    goal: Annotated[
-        str | None, HelpSection.CASES.option("--goal", help="A goal's name, or a predicate. [all goals]")
-    ] = None,
-    state: Annotated[
-        list[str] | None,
-        HelpSection.CASES.option(
-            "--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."
-        ),
-    ] = None,
+    goal: Goals = None,
+    state: StateValues = None,
     jobs: Jobs = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     max_time: MaxTime = None,
     max_memory: MaxMemory = None,
-    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Find a plan to a goal, or show why there is none; without `--goal` for each goal of the model."""
     options = PlannerOptions(planner, max_length, max_expanded, max_time, max_memory)

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
-from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.verb_options import AllChanges, Json, ModelOfFile, Require, RerunTimeLimit, TraceFile
 from scbm.cli.output.shown_run import show_run
 from scbm.cli.output.terminal import errors
 from scbm.model import Diagnostic, Place, Slug
@@ -18,26 +18,16 @@ def command(
         Path, typer.Argument(metavar="FILE", help="The case file, or the log of a real run.", show_default=False)
     ],
     *,
-    model: Annotated[
-        Path | None, HelpSection.CASES.option("--model", help="The model file. [the one that the file names]")
-    ] = None,
-    require: Annotated[
-        list[str] | None,
-        HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement."),
-    ] = None,
-    time_limit: Annotated[
-        str | None,
-        HelpSection.RUNNING.option(
-            "--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit."
-        ),
-    ] = None,
+    model: ModelOfFile = None,
+    require: Require = None,
+    time_limit: RerunTimeLimit = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
-    every: Annotated[bool, HelpSection.OUTPUT.option("--all", help="Show changes of every variable.")] = False,
-    trace: Annotated[Path | None, HelpSection.OUTPUT.option("--trace", help="Write the trace to a file.")] = None,
-    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
+    every: AllChanges = False,
+    trace: TraceFile = None,
+    json: Json = False,
 ) -> int:
     """Run a case file or the log of a real run again, and compare the run with the recorded one."""
     options = PlannerOptions(planner, max_length, max_expanded, plans=plans)

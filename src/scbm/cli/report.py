@@ -15,16 +15,11 @@ from typer.models import OptionInfo
 
 from scbm.cases.case import BETWEEN_GOALS, CaseGoalNames
 from scbm.cases.coverage import Cover, smallest_cover
-from scbm.cli.options.campaign_options import (
-    FAIL_UNDER,
-    FAIL_UNDER_HELP,
-    asks_for_asserted,
-    meets_thresholds,
-    read_thresholds,
-)
+from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_thresholds
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.options.status_options import Certificates, WaiversFile, stored_evidence
+from scbm.cli.options.verb_options import FailUnder, Json, Missing
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import FileWriter
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -118,9 +113,7 @@ def _text(form: ReportFormat, history: History) -> str:
 def command(
     store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False)],
     *,
-    missing: Annotated[
-        bool, HelpSection.OUTPUT.option("--missing", help="Show only the missed obligations, and why.")
-    ] = False,
+    missing: Missing = False,
     contexts: Annotated[
         bool, HelpSection.OUTPUT.option("--contexts", help="Show the cases that visit each obligation.")
     ] = False,
@@ -132,12 +125,10 @@ def command(
         HelpSection.OUTPUT.option("--save", metavar="DIRECTORY", help="Save the cases of that suite as files."),
     ] = None,
     files: Annotated[Mapping[str, Path | None], FORMAT_OPTIONS],
-    fail_under: Annotated[
-        list[str] | None, HelpSection.VERDICTS.option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP)
-    ] = None,
+    fail_under: FailUnder = None,
     certificates: Certificates = None,
     waivers: WaiversFile = None,
-    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Report what the cases of a coverage store visited, in any format."""
     wanted_figures = read_thresholds(fail_under or [])

@@ -1,13 +1,10 @@
 """`scbm run`: runs one goal against simulated resources, and prints a timeline."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from scbm.cases import Case, CaseLimits, Origin
-from scbm.cli.options.campaign_options import Inputs, read_inputs
+from scbm.cli.options.campaign_options import read_inputs
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_values import (
     allowed_state,
@@ -18,6 +15,7 @@ from scbm.cli.options.option_values import (
     read_time_limit,
 )
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.verb_options import AllChanges, Inputs, Json, Model, Require, StateValues, TraceFile
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
@@ -25,15 +23,10 @@ from scbm.testing import RandomCases, Tester, draw_network
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    model: Model,
     *,
     goal: Annotated[str | None, HelpSection.CASES.option("--goal", help="A goal's name, or a predicate.")] = None,
-    state: Annotated[
-        list[str] | None,
-        HelpSection.CASES.option(
-            "--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."
-        ),
-    ] = None,
+    state: StateValues = None,
     seed: Annotated[int, HelpSection.CASES.option("--seed", help="Seed of the replies of the resources.")] = 0,
     case: Annotated[
         int | None,
@@ -46,10 +39,7 @@ def command(
         HelpSection.CASES.option("--network", help="Faults of the network: `loss: 2 %, jitter: 20 ms`, or `drawn`."),
     ] = None,
     inputs: Inputs = None,
-    require: Annotated[
-        list[str] | None,
-        HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement."),
-    ] = None,
+    require: Require = None,
     time_limit: Annotated[
         str | None,
         HelpSection.RUNNING.option("--time-limit", metavar="DURATION", help="Simulated time for the goal. [1 h]"),
@@ -58,9 +48,9 @@ def command(
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     plans: Plans = None,
-    every: Annotated[bool, HelpSection.OUTPUT.option("--all", help="Show changes of every variable.")] = False,
-    trace: Annotated[Path | None, HelpSection.OUTPUT.option("--trace", help="Write the trace to a file.")] = None,
-    json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")] = False,
+    every: AllChanges = False,
+    trace: TraceFile = None,
+    json: Json = False,
 ) -> int:
     """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter(model=model)

@@ -1,11 +1,11 @@
 """`scbm show`: the size of a model as it is written and as it is expanded, and the expanded model itself."""
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from scbm.cases.coverage import Obligations
+from scbm.cli.options.verb_options import Json, Model
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import count_entries, digest_of, read_file, read_model, write_model
 from scbm.model import BehaviorModel
@@ -14,12 +14,12 @@ FORMAT_VERSION = 1
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    model: Model,
     *,
     expanded: Annotated[
         bool, typer.Option("--expanded", help="Print the model with everything written out that the file says once.")
     ] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Show the size of a model, or the model with everything written out."""
     text = read_file(model)

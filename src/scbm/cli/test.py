@@ -14,24 +14,7 @@ from scbm.cli.campaigns.test_campaign import (
     select_cases,
     simulate,
 )
-from scbm.cli.options.campaign_options import (
-    Cases,
-    Cluster,
-    FailUnder,
-    Files,
-    Inputs,
-    Jobs,
-    Json,
-    Missing,
-    Model,
-    Network,
-    Require,
-    Seed,
-    Store,
-    read_executor,
-    read_thresholds,
-    refuse_asserted,
-)
+from scbm.cli.options.campaign_options import read_executor, read_thresholds, refuse_asserted
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Bindings,
@@ -55,6 +38,22 @@ from scbm.cli.options.node_options import (
 )
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
+from scbm.cli.options.verb_options import (
+    Cases,
+    CaseTimeLimit,
+    Cluster,
+    FailUnder,
+    Files,
+    Inputs,
+    Jobs,
+    Json,
+    Missing,
+    Model,
+    Network,
+    Require,
+    Seed,
+    Store,
+)
 from scbm.reports.figure_table import shown_path
 from scbm.testing.case_recording import RecordingMode
 
@@ -109,10 +108,7 @@ def command(
     fail_under: FailUnder = None,
     certificates: Certificates = None,
     waivers: WaiversFile = None,
-    time_limit: Annotated[
-        str | None,
-        HelpSection.RUNNING.option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]"),
-    ] = None,
+    time_limit: CaseTimeLimit = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,

@@ -9,10 +9,11 @@ from typing import Annotated, Any, BinaryIO
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
-from scbm.cli.options.campaign_options import Inputs, read_inputs
+from scbm.cli.options.campaign_options import read_inputs
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.verb_options import Inputs, ModelOfFile, Require, RerunTimeLimit
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug, format_moment
@@ -55,9 +56,7 @@ def command(
     mcap: Annotated[
         Path | None, HelpSection.FILES.option("--mcap", metavar="FILE", help="Write MCAP for Foxglove.")
     ] = None,
-    model: Annotated[
-        Path | None, HelpSection.CASES.option("--model", help="The model file. [the one that the file names]")
-    ] = None,
+    model: ModelOfFile = None,
     seed: Annotated[int | None, HelpSection.CASES.option("--seed", help="Seed of the random case. [0]")] = None,
     case: Annotated[
         int | None,
@@ -69,16 +68,8 @@ def command(
         str | None, HelpSection.CASES.option("--network", help="With `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
     ] = None,
     inputs: Inputs = None,
-    require: Annotated[
-        list[str] | None,
-        HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement."),
-    ] = None,
-    time_limit: Annotated[
-        str | None,
-        HelpSection.RUNNING.option(
-            "--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit."
-        ),
-    ] = None,
+    require: Require = None,
+    time_limit: RerunTimeLimit = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,

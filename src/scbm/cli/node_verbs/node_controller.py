@@ -1,10 +1,6 @@
 """`scbm node controller`: runs the controller, with runner and planner, as a process."""
 
 from functools import partial
-from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from scbm.cli.campaigns.node_setup import open_rclpy, serve_node
 from scbm.cli.options.node_options import (
@@ -29,13 +25,14 @@ from scbm.cli.options.planner_options import (
     PlannerOptions,
     Plans,
 )
+from scbm.cli.options.verb_options import Model
 from scbm.nodes import Bus, ControllerNode, NodeContext
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
 from scbm.testing.random_streams import draw_plans
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    model: Model,
     *,
     real: Real = None,
     via: Reached = None,

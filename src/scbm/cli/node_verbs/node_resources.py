@@ -1,6 +1,5 @@
 """`scbm node resources`: simulates resources in a process of their own."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -9,6 +8,7 @@ from scbm.cases import Origin
 from scbm.cli.campaigns.node_setup import serve_node
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import Domain, NodeTransport, WhileStdin, read_domain
+from scbm.cli.options.verb_options import Model
 from scbm.files import load_model, suggestion
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.nodes import Bus, NodeContext, ResourcesNode
@@ -18,7 +18,7 @@ from scbm.testing import reaction_stream
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    model: Model,
     names: Annotated[
         list[str] | None,
         typer.Argument(metavar="NAME", help="The resources; all, if none is named.", show_default=False),

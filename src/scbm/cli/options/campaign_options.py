@@ -1,4 +1,4 @@
-"""Options of verbs that run many cases, each declared once; the verbs set the defaults.
+"""Values of options of verbs that run many cases: thresholds, worker processes, and moved inputs.
 
 `--fail-under` sets a threshold for the coverage of all obligations, or of one kind.
 """
@@ -6,13 +6,10 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import ASSERTED, COVERABLE, KINDS, LIFTED, Threshold
-from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.verb_options import FAIL_UNDER
 from scbm.cli.output.terminal import errors
 from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -23,14 +20,12 @@ from scbm.testing.mutants.asserted_obligations import NO_MUTANTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from scbm.cases.coverage import Coverage, Figure, LiftedStatuses
     from scbm.testing.batches.campaign_runs import Executor
     from scbm.testing.mutants import AssertionEvidence
 
-
-FAIL_UNDER = "--fail-under"
-FAIL_UNDER_HELP = "Exit with 1 if fewer per cent are visited: `90`, `executing=100`, `coverable=100`, `asserted=80`."
 
 _ALL_PERCENT = 100
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?)\s*%?", re.ASCII)
@@ -141,55 +136,6 @@ def _missed_sentence(threshold: Threshold, figure: Figure, origin: str = "") -> 
         return f"The model has no obligations{of_kind}, so {FAIL_UNDER} {kind}{threshold.percent:g} cannot be met."
     what = f"Coverability of `{threshold.kind}`, {figure}," if kind else f"Coverability {figure}"
     return f"{what} is under {threshold.percent:g} %{': ' if origin else ''}{origin}."
-
-
-Model = Annotated[Path, typer.Argument(help="The model file.", show_default=False)]
-Files = Annotated[
-    list[Path] | None,
-    typer.Argument(metavar="CASES", help="Case files, and directories of them.", show_default=False),
-]
-Cases = Annotated[
-    int | None,
-    HelpSection.CASES.option(
-        "--cases", metavar="N", min=0, max=10_000_000, help="Number of random cases. [20; 0 with case files]"
-    ),
-]
-Jobs = Annotated[
-    int | None,
-    HelpSection.RUNNING.option(
-        "-j", "--jobs", metavar="N", min=1, max=1_024, help="Worker processes. [all cores, if it takes long]"
-    ),
-]
-Cluster = Annotated[
-    str | None,
-    HelpSection.RUNNING.option(
-        "--cluster", metavar="ADDRESS", help="Run the cases on this Dask cluster: `tcp://host:8786`."
-    ),
-]
-Seed = Annotated[int, HelpSection.CASES.option("--seed", help="Seed of the random cases.")]
-Network = Annotated[
-    str | None,
-    HelpSection.CASES.option("--network", help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`."),
-]
-Inputs = Annotated[
-    str | None,
-    HelpSection.CASES.option(
-        "--inputs",
-        metavar="drawn",
-        help="Move inputs and published values without environment transitions, too: `drawn`.",
-    ),
-]
-Require = Annotated[
-    list[str] | None, HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement.")
-]
-Store = Annotated[
-    Path | None, HelpSection.OUTPUT.option("--store", metavar="FILE", help="Add the cases to this coverage store.")
-]
-Missing = Annotated[bool, HelpSection.OUTPUT.option("--missing", help="Show only the missed obligations, and why.")]
-FailUnder = Annotated[
-    list[str] | None, HelpSection.VERDICTS.option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP)
-]
-Json = Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")]
 
 
 def read_inputs(text: str | None) -> bool:
