@@ -11,16 +11,9 @@ import typer
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED, sigterm_as_interrupt
 from scbm.cli.options.campaign_options import read_executor
-from scbm.cli.options.closing_options import (
-    DEFAULT_LIMITS,
-    MaxChanges,
-    MaxPlanning,
-    MaxRandom,
-    MaxStates,
-    limit_text,
-)
+from scbm.cli.options.closing_options import ClosingLimits, limit_text
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.planner_options import PlannerOptions, RunPlanner
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Jobs, Json, Seed, SuiteFiles
 from scbm.cli.output.terminal import activity_display, errors, results, write_json
@@ -78,25 +71,17 @@ def command(
         ),
     ] = None,
     waivers: WaiversFile = None,
-    max_states: MaxStates = DEFAULT_LIMITS.situations,
-    max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
-    max_random: MaxRandom = DEFAULT_LIMITS.random,
-    max_changes: MaxChanges = DEFAULT_LIMITS.changes,
-    planner: PlannerName = None,
-    max_length: MaxLength = None,
-    max_expanded: MaxExpanded = None,
-    plans: Plans = None,
+    limits: ClosingLimits,
+    planner: RunPlanner,
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
     json: Json = False,
 ) -> int:
     """Generate cases for all that no case visits, or prove that no case can visit it. --check: check such proofs."""
     if check:
         return check_certificates(files or [], json=json)
-    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
-    limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
     model = _only_model(files or [])
     asked = _CloseRequest(
-        model, tuple(suite or ()), cases, seed, limits, options, jobs, waivers, one_case_each, requirements
+        model, tuple(suite or ()), cases, seed, limits, planner, jobs, waivers, one_case_each, requirements
     )
     refuse_output(model, out, edits_model=bool(write))
     result = asked.close()

@@ -8,19 +8,12 @@ import typer
 from scbm.cases.coverage import Obligation, Obligations, instances_of
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED
-from scbm.cli.options.closing_options import (
-    DEFAULT_LIMITS,
-    MaxChanges,
-    MaxPlanning,
-    MaxRandom,
-    MaxStates,
-    limit_text,
-)
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.closing_options import ClosingLimits, limit_text
+from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Json, Model, SuiteFiles
 from scbm.cli.output.terminal import activity_display, results, write_json
-from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing import Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
 from scbm.closing.proved_statuses import with_waivers
@@ -41,23 +34,15 @@ def command(
     *,
     suite: SuiteFiles = None,
     waivers: WaiversFile = None,
-    max_states: MaxStates = DEFAULT_LIMITS.situations,
-    max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
-    max_random: MaxRandom = DEFAULT_LIMITS.random,
-    max_changes: MaxChanges = DEFAULT_LIMITS.changes,
-    planner: PlannerName = None,
-    max_length: MaxLength = None,
-    max_expanded: MaxExpanded = None,
-    plans: Plans = None,
+    limits: ClosingLimits,
+    planner: RunPlanner,
     json: Json = False,
 ) -> int:
     """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
-    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
-    loaded = options.applied(load_model(model))
+    loaded = planner.applied(load_model(model))
     asked = _read_obligation(obligation, loaded)
     review = read_waivers_of(loaded, waivers)
-    given = Suite.load(loaded, model, tuple(suite or ()), planner_option=options.text)
-    limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
+    given = Suite.load(loaded, model, tuple(suite or ()), planner_option=planner.text)
     with activity_display(given.activity) as show:
         campaign = given.run()
         show(f"exploring {loaded.name}")
@@ -70,7 +55,7 @@ def command(
         out = results()
         out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended))
         for name, text in _texts(explanations, given).items():
-            replay = f"scbm replay {shown_path(f'{name}.yaml')}{options.text}"
+            replay = f"scbm replay {shown_path(f'{name}.yaml')}{planner.text}"
             again = given.again(name) or f"save this here as {name}.yaml, then: {replay}"
             out.lines(case_lines(text, again, given.files.get(name)))
     if closing.is_interrupted:

@@ -15,7 +15,7 @@ from scbm.cli.campaigns.mutation_campaign import (
 from scbm.cli.campaigns.test_campaign import CampaignOptions
 from scbm.cli.options.closing_options import DEFAULT_LIMITS, MaxPlanning, MaxStates
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.verb_options import Cases, CaseTimeLimit, Files, Inputs, Jobs, Json, Model, Network, Require, Seed
 from scbm.cli.output.terminal import errors
 from scbm.closing import CloseLimits
@@ -64,10 +64,7 @@ def command(
     ] = None,
     jobs: Jobs = None,
     time_limit: CaseTimeLimit = None,
-    planner: PlannerName = None,
-    max_length: MaxLength = None,
-    max_expanded: MaxExpanded = None,
-    plans: Plans = None,
+    planner: RunPlanner,
     equivalence: Annotated[
         bool,
         HelpSection.LIMITS.option(
@@ -101,9 +98,8 @@ def command(
     json: Json = False,
 ) -> int:
     """Change the model in one small way at a time, and report which changes its cases notice."""
-    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     wanted = CampaignOptions(
-        model, files or [], cases, seed, network, require or [], time_limit, options, inputs=inputs
+        model, files or [], cases, seed, network, require or [], time_limit, planner, inputs=inputs
     )
     thresholds = read_score(fail_under or [])
     chosen, records = read_operators(operators or []), read_oracle(oracle)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.verb_options import AllChanges, Json, ModelOfFile, Require, RerunTimeLimit, TraceFile
 from scbm.cli.output.shown_run import show_run
 from scbm.cli.output.terminal import errors
@@ -21,18 +21,14 @@ def command(
     model: ModelOfFile = None,
     require: Require = None,
     time_limit: RerunTimeLimit = None,
-    planner: PlannerName = None,
-    max_length: MaxLength = None,
-    max_expanded: MaxExpanded = None,
-    plans: Plans = None,
+    planner: RunPlanner,
     every: AllChanges = False,
     trace: TraceFile = None,
     json: Json = False,
 ) -> int:
     """Run a case file or the log of a real run again, and compare the run with the recorded one."""
-    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     outputs = {} if trace is None else {"--trace": trace}
-    replayed = rerun(AskedRun(file, model, require or [], time_limit, outputs, options))
+    replayed = rerun(AskedRun(file, model, require or [], time_limit, outputs, planner))
     execution = replayed.execution
     is_same = None if replayed.recorded is None else replayed.recorded == execution.digest
     show_run(

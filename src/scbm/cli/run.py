@@ -14,7 +14,7 @@ from scbm.cli.options.option_values import (
     read_state,
     read_time_limit,
 )
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.verb_options import AllChanges, Inputs, Json, Model, Require, StateValues, TraceFile
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model
@@ -44,10 +44,7 @@ def command(
         str | None,
         HelpSection.RUNNING.option("--time-limit", metavar="DURATION", help="Simulated time for the goal. [1 h]"),
     ] = None,
-    planner: PlannerName = None,
-    max_length: MaxLength = None,
-    max_expanded: MaxExpanded = None,
-    plans: Plans = None,
+    planner: RunPlanner,
     every: AllChanges = False,
     trace: TraceFile = None,
     json: Json = False,
@@ -55,7 +52,7 @@ def command(
     """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter(model=model)
     writer.refuse_outputs({"--trace": trace})
-    loaded = PlannerOptions(planner, max_length, max_expanded, plans=plans).applied(load_model(model))
+    loaded = planner.applied(load_model(model))
     faults = read_faults(network, loaded)
     asked = _case(loaded, str(model), goal, state, Origin(seed, case or 1, read_inputs(inputs)), drawn=case is not None)
     asked = replace(

@@ -36,7 +36,7 @@ from scbm.cli.options.node_options import (
     refuse_with_nodes,
     refuse_without_transport,
 )
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.cli.options.verb_options import (
     Cases,
@@ -109,10 +109,7 @@ def command(
     certificates: Certificates = None,
     waivers: WaiversFile = None,
     time_limit: CaseTimeLimit = None,
-    planner: PlannerName = None,
-    max_length: MaxLength = None,
-    max_expanded: MaxExpanded = None,
-    plans: Plans = None,
+    planner: RunPlanner,
     transport: TestTransport = None,
     real: Real = None,
     via: Reached = None,
@@ -127,9 +124,8 @@ def command(
     json: Json = False,
 ) -> int:
     """Run case files and random cases, judge them, and report their coverage of the model."""
-    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     wanted = CampaignOptions(
-        model, files or [], cases, seed, network, require or [], time_limit, options, until_dry, inputs
+        model, files or [], cases, seed, network, require or [], time_limit, planner, until_dry, inputs
     )
     suite = wanted.suite({"--save": save, "--until-dry": until_dry})
     figures = read_thresholds(fail_under or [])
@@ -184,7 +180,7 @@ def command(
         bindings=bindings,
         logs=logs,
         failures=failures,
-        planner=tuple(options.words),
+        planner=tuple(planner.words),
     )
     return run_over_nodes(
         suite, output, asked, f"scbm test {shown_path(str(model))}{suite.test_options}{asked.options}"

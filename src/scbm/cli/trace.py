@@ -12,7 +12,7 @@ from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.campaign_options import read_inputs
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.verb_options import Inputs, ModelOfFile, Require, RerunTimeLimit
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model
@@ -70,29 +70,25 @@ def command(
     inputs: Inputs = None,
     require: Require = None,
     time_limit: RerunTimeLimit = None,
-    planner: PlannerName = None,
-    max_length: MaxLength = None,
-    max_expanded: MaxExpanded = None,
-    plans: Plans = None,
+    planner: RunPlanner,
     json: Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print what was written as JSON.")] = False,
 ) -> int:
     """Run a case or the log of a real run again, and write what happens as a file that Perfetto or Foxglove opens."""
     outputs = _outputs(perfetto, mcap)
     files = {output.option: output.path for output in outputs}
-    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     if case is None:
         _refuse(
             {"--seed": seed, "--network": network, "--inputs": inputs},
             "this is for random cases",
             "add for example `--case 1`",
         )
-        done = rerun(AskedRun(file, model, require or [], time_limit, files, options))
+        done = rerun(AskedRun(file, model, require or [], time_limit, files, planner))
         loaded, execution, writer = done.model, done.execution, done.writer
     else:
         _refuse({"--model": model}, "`--case` draws from the model that comes first", None)
         writer = FileWriter(model=file)
         writer.refuse_outputs(files)
-        loaded = options.applied(load_model(file))
+        loaded = planner.applied(load_model(file))
         cases = RandomCases(loaded, str(file), read_faults(network, loaded), moves_inputs=read_inputs(inputs))
         drawn = cases.case(seed or 0, case)
         requirements = read_requirements(require or [], loaded)

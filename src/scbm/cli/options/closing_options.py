@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.registry_options import OptionGroup
 from scbm.closing import CloseLimits
 
 DEFAULT_LIMITS = CloseLimits()
@@ -33,6 +34,20 @@ MaxChanges = Annotated[
         "--max-changes", metavar="N", min=0, help="Maximum number of changed cases after them, if runs are many."
     ),
 ]
+
+
+def _closing_limits(
+    *,
+    max_states: MaxStates = DEFAULT_LIMITS.situations,
+    max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
+    max_random: MaxRandom = DEFAULT_LIMITS.random,
+    max_changes: MaxChanges = DEFAULT_LIMITS.changes,
+) -> CloseLimits:
+    return CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
+
+
+ClosingLimits = Annotated[CloseLimits, OptionGroup(_closing_limits)]
+"""All of these options."""
 
 
 def limit_text(limits: CloseLimits) -> str:

@@ -8,7 +8,7 @@ from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.registry_options import KnownName
+from scbm.cli.options.registry_options import KnownName, OptionGroup
 from scbm.files import parse_duration
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, PlannerChoice, PlanSet, Slug
 from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
@@ -138,3 +138,13 @@ class PlannerOptions:
 
 NO_PLANNER_OPTIONS = PlannerOptions()
 """A command line that leaves the planner to the model."""
+
+
+def _run_planner(
+    *, planner: PlannerName = None, max_length: MaxLength = None, max_expanded: MaxExpanded = None, plans: Plans = None
+) -> PlannerOptions:
+    return PlannerOptions(planner, max_length, max_expanded, plans=plans)
+
+
+RunPlanner = Annotated[PlannerOptions, OptionGroup(_run_planner)]
+"""The options of verbs that run cases."""

@@ -1,4 +1,4 @@
-"""Options made from registries when a command line is read, so that a new entry needs no option of its own."""
+"""Options made from registries when a command line is read, so that a new entry needs none, and groups of options."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class RegistryOptions(Protocol):
-    """The part of an annotation that says: this parameter of a verb is made from a registry."""
+    """The part of an annotation that says: this parameter of a verb stands for options of a registry, or of a group."""
 
     def options(self, parameter: Parameter) -> tuple[Parameter, ...]:
         """Return the parameters that typer sees in place of `parameter`."""
@@ -97,30 +97,70 @@ class OptionPerEntry:
         return {name: values.pop(_identifier(name)) for name in self.make()}
 
 
+@dataclass(frozen=True, slots=True)
+class OptionGroup:
+    """Options that belong together; the verb gets one value made from all of them.
+
+    Attributes:
+        make: returns that value; its parameters are the options.
+    """
+
+    make: Callable[..., Any]
+
+    def options(self, parameter: Parameter) -> tuple[Parameter, ...]:
+        """Return the options of the group, at the place of the parameter."""
+        parameters, marked = _parameters(self.make)
+        return tuple(each.replace(kind=parameter.kind) for each in _shown(parameters, marked))
+
+    def value(self, parameter: Parameter, values: dict[str, Any]) -> Any:  # noqa: ANN401, ARG002 - as `make` declares it
+        """Return what `make` returns for the values of the options."""
+        parameters, marked = _parameters(self.make)
+        gathered = _gathered(parameters, marked, values)
+        return self.make(**gathered, **{name: values.pop(name) for name in parameters if name not in marked})
+
+
 def _identifier(name: str) -> str:
     return name.replace("-", "_")
 
 
 def with_registry_options(command: Callable[..., int]) -> Callable[..., int]:
-    """Return the command with its marked parameters replaced by the options that the registries have now."""
-    parameters = signature(command, eval_str=True).parameters
-    marked = {name: mark for name, each in parameters.items() if (mark := _mark(each.annotation)) is not None}
+    """Return the command with its marked parameters replaced by the options that they stand for now."""
+    parameters, marked = _parameters(command)
 
     @wraps(command)
     def call(**values: Any) -> int:  # noqa: ANN401 - whatever the options of the verb are
-        gathered = {name: mark.value(parameters[name], values) for name, mark in marked.items()}
+        gathered = _gathered(parameters, marked, values)
         return command(**values, **gathered)
 
-    shown = [
+    shown = signature(command).replace(parameters=_shown(parameters, marked))
+    call.__signature__ = shown  # type: ignore[attr-defined] # read by `inspect`
+    return call
+
+
+def _parameters(function: Callable[..., Any]) -> tuple[Mapping[str, Parameter], dict[str, RegistryOptions]]:
+    """Return the parameters of a function, and the marks of those that have one."""
+    parameters = signature(function, eval_str=True).parameters
+    return parameters, {name: mark for name, each in parameters.items() if (mark := _mark(each.annotation)) is not None}
+
+
+def _shown(parameters: Mapping[str, Parameter], marked: Mapping[str, RegistryOptions]) -> list[Parameter]:
+    """Return the parameters that typer sees."""
+    return [
         option
         for name, parameter in parameters.items()
         for option in (marked[name].options(parameter) if name in marked else (parameter,))
     ]
-    call.__signature__ = signature(command).replace(parameters=shown)  # type: ignore[attr-defined] # read by `inspect`
-    return call
 
 
-def _mark(annotation: object) -> NameOf | KnownName | OptionPerEntry | None:
+def _gathered(
+    parameters: Mapping[str, Parameter], marked: Mapping[str, RegistryOptions], values: dict[str, Any]
+) -> dict[str, Any]:
+    """Return the values of the marked parameters, and remove their options from the values that typer gives."""
+    return {name: mark.value(parameters[name], values) for name, mark in marked.items()}
+
+
+def _mark(annotation: object) -> RegistryOptions | None:
     if get_origin(annotation) is not Annotated:
         return None
-    return next((part for part in get_args(annotation) if isinstance(part, NameOf | KnownName | OptionPerEntry)), None)
+    marks = NameOf | KnownName | OptionPerEntry | OptionGroup
+    return next((part for part in get_args(annotation) if isinstance(part, marks)), None)
