@@ -28,6 +28,7 @@ EXAMPLES = {
     "gripper/cell": "gripper",
     "packml/cell": "PackML machine",
     "dual_cnc/cell": "cell with two CNC machines",
+    "delivery/cell": "imported delivery",
 }
 """The examples with cases: the path of the model under `examples`, and its name in the table."""
 

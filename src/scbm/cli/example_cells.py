@@ -39,6 +39,9 @@ EXAMPLES: dict[str, ExampleCell] = {
     "paper": ExampleCell(
         "robot_in_the_air/after.yaml", "item_a_scanned", "the robot on a gantry of the paper about SCBM-IAS, repaired"
     ),
+    "delivery": ExampleCell(
+        "delivery/cell.yaml", "goal", "two robots that carry crates through a warehouse, imported from PDDL"
+    ),
 }
 """The examples by name, in the order of the help."""
 

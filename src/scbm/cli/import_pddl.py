@@ -30,6 +30,9 @@ def command(
         list[str] | None,
         typer.Option("--resource", metavar="PARAM", help="The parameter, or its type, that names the resource."),
     ] = None,
+    arguments: Annotated[
+        bool, typer.Option("--arguments", help="Requests carry the arguments of their action, not only its name.")
+    ] = False,
     number_range: Annotated[
         list[str] | None,
         typer.Option("--range", metavar="FUNCTION=LOW..HIGH", help="The values of a numeric function."),
@@ -39,7 +42,7 @@ def command(
     writer = FileWriter([(domain, "the domain"), (problem, "the problem")])
     writer.refuse_outputs({"--out": out})
     domain_text, problem_text = (PddlText(str(path), read_file(path)) for path in (domain, problem))
-    options = PddlImportOptions(tuple(group or ()), tuple(resource or ()), tuple(number_range or ()))
+    options = PddlImportOptions(tuple(group or ()), tuple(resource or ()), tuple(number_range or ()), arguments)
     made = imported_model(read_pddl(domain_text, problem_text), domain_text, problem_text, options)
     try:
         read_model(made.text, str(out))

@@ -70,6 +70,7 @@ def fact(name: str, *arguments: PddlFormula) -> PddlFormula:
 R, FROM, TO = parameter("r"), parameter("from"), parameter("to")
 B = PddlFormula("object", name="b")
 AT_Z = PddlEffect(fact("at", R, parameter("z")), TRUE)
+CLEANED_Z = PddlEffect(fact("dirty", parameter("z")), FALSE)
 CLEANED = PddlEffect(fact("dirty", TO), FALSE)
 
 
@@ -308,6 +309,23 @@ def test_a_doubtful_group_is_a_warning_and_the_model_is_written(scbm: Callable[.
     domain.write_text(MOVING.replace("(at start (at ?r ?from)) ", ""))
     ran = scbm("import", "pddl", domain, problem, "-o", model, "--group", "at")
     assert (ran.code, model.exists(), "domain.pddl:5:56: warning[pddl-group-unproved]" in ran.err) == (0, True, True)
+
+
+def test_requests_carry_arguments_if_that_is_asked_for() -> None:
+    task = robot_task()
+    mop = PddlLiftedAction("mop", (("r", "robot"), ("from", "robot"), ("z", "zone")), (), (CLEANED_Z,))
+    texts = PddlText("domain.pddl", PLACES), PddlText("problem.pddl", "")
+    options = PddlImportOptions(("at",), ("r",), arguments=True)
+    text = imported_model(replace(task, actions=(*task.actions, mop)), *texts, options).text
+    model = read_model(text)
+    (first, *_) = model.resources
+    names = ("command", "from", "to", "z")
+    assert [*first.request] == [f"robot_controller_{each}.r1" for each in names]
+    assert "  robot_controller_from[robot]: {domain: [zone, robot, none], initial: none}\n" in text
+    assert (
+        "      robot_controller_from.r: from\n      robot_controller_to.r: none\n      robot_controller_z.r: z\n"
+        in text
+    )
 
 
 @pytest.mark.slow

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from scbm.files.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
 from scbm.files.pddl.import_names import ImportNames
+from scbm.files.pddl.imported_requests import ImportedRequests
 from scbm.files.pddl.number_ranges import NumberRanges
 from scbm.files.pddl.pddl_reader import conjuncts, inner_formulas, negated
 from scbm.files.pddl.pddl_task import FALSE, TRUE, PddlFormula
 from scbm.files.pddl.predicate_groups import PredicateGroups, without
-from scbm.files.spelling import suggestion
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import Diagnostic, InputError, Place
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
         Fact,
         FactInvariant,
         FormulaKind,
-        PddlDuration,
         PddlEffect,
         PddlFluent,
         PddlLiftedAction,
@@ -35,9 +34,6 @@ if TYPE_CHECKING:
 _WIDTH = 110
 """A guard that is longer has one conjunct in each line."""
 
-_DEADLINE = 10
-"""The deadline, in seconds, of a request whose action has no duration."""
-
 
 @dataclass(frozen=True, slots=True)
 class PddlImportOptions:
@@ -47,11 +43,13 @@ class PddlImportOptions:
         groups: predicates whose values exclude each other: `at`, `at.zone`.
         resources: parameters, or types of parameters, that name the resource of an action.
         ranges: the ranges of numeric fluents: `fuel=0..10`.
+        arguments: whether requests carry the arguments of actions.
     """
 
     groups: tuple[str, ...] = ()
     resources: tuple[str, ...] = ()
     ranges: tuple[str, ...] = ()
+    arguments: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +94,7 @@ class _ModelText:
         unread = [n for n, f in task.fluents.items() if f.is_numeric and n not in self._read]
         self._ignored = dict.fromkeys(unread)
         self._static = {name: None for name, f in task.fluents.items() if name not in changed and not f.is_numeric}
-        self._resources = self._resource_parameters(options.resources)
+        self._requests = ImportedRequests(task, self._names, domain, options.resources, arguments=options.arguments)
         groups = PredicateGroups(task, domain, problem, self._static, options.groups)
         self._groups = groups.chosen
         self._unproved = groups.unproved
@@ -106,9 +104,6 @@ class _ModelText:
         numbers = [f for n, f in task.fluents.items() if f.is_numeric and n not in self._ignored]
         self._ranges = NumberRanges(task, numbers, domain, options.ranges)
         self._errors |= dict.fromkeys(self._ranges.errors)
-        self._commands: dict[str, dict[str, None]] = {}
-        self._latencies: dict[str, list[tuple[int, int]]] = {}
-        self._resource_types: dict[str, dict[str, None]] = {}
         self._tables: list[str] = []
         self._origins: dict[str, Callable[[], Place]] = {}
 
@@ -126,7 +121,8 @@ class _ModelText:
         operations = [line for action in self._task.actions for line in self._operation_lines(action)]
         goals = self._goal_lines()
         variables = self._variable_lines()
-        resources = self._resource_lines()
+        resources = self._requests.resource_lines()
+        self._errors |= self._requests.errors
         if self._errors:
             raise InputError(sorted(self._errors, key=self._order))
         used = "\n".join((*operations, *goals, *variables))
@@ -198,9 +194,6 @@ class _ModelText:
             values = [e.value for a in task.actions for e in a.effects if e.fluent.name in read]
             read |= _fluents_in(values)
         return read
-
-    def _wrong_option(self, option: str, message: str, remedy: str | None) -> None:
-        self._errors[Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy)] = None
 
     # conditions
 
@@ -336,11 +329,7 @@ class _ModelText:
                 declared = self._declaration(fluent)
                 self._origins |= dict.fromkeys(declared, partial(self._domain.declared, name))
                 lines += declared
-        for resource, commands in self._commands.items():
-            index = self._index_types(resource)
-            domain = f"{{domain: [none, {', '.join(commands)}], initial: none}}"
-            lines += [f"  {resource}_command{each}: {domain}" for each in index]
-        return lines
+        return [*lines, *self._requests.variable_lines()]
 
     def _declaration(self, fluent: PddlFluent) -> list[str]:
         """Return the entries of a variable: one for each initial value."""
@@ -512,16 +501,12 @@ class _ModelText:
             where = " && ".join(self._shown(c, scope, inner=len(static) > 1) for c in static)
             lines.append(f"    where: {_scalar(where)}")
         actions = f"[{', '.join(self._assignment(change, scope) for change in case.changes)}]"
-        resource = self._resource_of(action, case, scope)
-        if resource is None:
+        request = self._requests.lines_of(action, case, lambda term: self._term(term, scope))
+        if not request:
             lines += _guard_lines("      g", guards)
             lines.insert(len(lines) - len(_guard_lines("      g", guards)), "    pre:")
             return [*lines, f"    post: {{g: true, a: {actions}}}"]
-        base, index, longest = resource
-        lines.append(f"    request: {base}{index}")
-        self._commands.setdefault(base, {})[self._names.actions[action.name]] = None
-        lines.append(f"    with: {{{base}_command{index}: {self._names.actions[action.name]}}}")
-        lines.append(f"    deadline: {longest} s")
+        lines += request
         if guards:
             lines += _guard_lines("    guard", guards)
         return [*lines, f"    effects: {actions}"]
@@ -539,108 +524,6 @@ class _ModelText:
         if value.kind == "number":
             return f"{target} {'+=' if adds == (value.number >= 0) else '-='} {abs(value.number)}"
         return f"{target} <- {target} {'+' if adds else '-'} {self._operand(value, scope)}"
-
-    # resources
-
-    def _resource_parameters(self, asked: tuple[str, ...]) -> dict[str, tuple[str, str]]:
-        """Return the parameter of each action that names its resource, and the name of the resource."""
-        found: dict[str, tuple[str, str]] = {}
-        known: dict[str, None] = {}
-        for text in asked:
-            word = text.lower().lstrip("?")
-            uses = 0
-            for action in self._task.actions:
-                known |= dict.fromkeys(name for name, _ in action.parameters)
-                for name, kind in action.parameters:
-                    if action.name not in found and word in (name, kind):
-                        found[action.name] = (name, word)
-                        uses += 1
-            if not uses:
-                message = f"no action has a parameter `{word}`"
-                self._wrong_option("--resource", message, suggestion(word, list(known), "parameters"))
-        types: dict[str, str] = {}
-        for action in self._task.actions:
-            if action.name in found:
-                name, word = found[action.name]
-                types.setdefault(word, dict(action.parameters)[name])
-        names = {word: self._names.fresh(f"{kind}_controller") for word, kind in types.items()}
-        return {action: (name, names[word]) for action, (name, word) in found.items()}
-
-    def _resource_of(
-        self, action: PddlLiftedAction, case: ActionCase, scope: Mapping[str, str]
-    ) -> tuple[str, str, int] | None:
-        """Return the resource of an operation, its index, and the deadline in seconds; `None` without a request."""
-        chosen = self._resources.get(action.name)
-        times = self._seconds(action, action.duration) if action.duration is not None else None
-        if chosen is None and times is None:
-            return None
-        if chosen is None:
-            known = f"{self._names.actions[action.name]}_driver"
-            base, index = known, ""
-        else:
-            parameter, base = chosen
-            term = case.binding.get(parameter, PddlFormula("parameter", name=parameter))
-            index = f".{self._term(term, scope)}"
-            kind = dict(action.parameters)[parameter]
-            self._resource_types.setdefault(base, {})[kind] = None
-        if times is not None:
-            self._latencies.setdefault(base, []).append(times)
-        self._commands.setdefault(base, {})
-        return base, index, 2 * max(times[1], 1) if times is not None else _DEADLINE
-
-    def _seconds(self, action: PddlLiftedAction, duration: PddlDuration) -> tuple[int, int] | None:
-        lowest, highest = self._values(duration.lowest), self._values(duration.highest)
-        if lowest is None or highest is None:
-            message = f"the duration of {action.name} depends on what changes, or on sums"
-            place = self._domain.inside_action(action.name, ":duration")
-            self._errors[self._domain.error(message, place, "write a number, or a function that no action changes")] = (
-                None
-            )
-            return None
-        return min(lowest), max(highest)
-
-    def _values(self, term: PddlFormula) -> list[int] | None:
-        """Return the values that a duration can have; `None` if it is no number and no function that stays."""
-        if term.kind == "number":
-            return [term.number]
-        changed = {effect.fluent.name for action in self._task.actions for effect in action.effects}
-        if term.kind == "fluent" and term.name not in changed:
-            return list(self._task.initial[term.name].values()) or [0]
-        return None
-
-    def _resource_lines(self) -> list[str]:
-        lines = []
-        for base in self._commands:
-            times = self._latencies.get(base)
-            latency = ""
-            if times:
-                low, high = min(t for t, _ in times), max(t for _, t in times)
-                shown = f"{low} s" if low == high else f"{{uniform: [{low} s, {high} s]}}"
-                latency = f", simulation: {{latency: {shown}}}"
-            for kind in self._index_kinds(base):
-                if kind is None:
-                    lines.append(f"  {base}: {{request: [{base}_command]{latency}}}")
-                else:
-                    word = self._names.parameters([kind])[kind]
-                    key = f"{base}[{word} in {self._names.types[kind]}]"
-                    lines.append(f"  {key}: {{request: [{base}_command.{word}]{latency}}}")
-        return lines
-
-    def _index_kinds(self, base: str) -> list[str | None]:
-        """Return the types that index a resource: none of them below another one."""
-        kinds = self._resource_types.get(base)
-        if kinds is None:
-            return [None]
-        return [kind for kind in kinds if not any(parent in kinds for parent in self._parents(kind))]
-
-    def _parents(self, kind: str) -> Iterator[str]:
-        parent = self._task.types[kind]
-        while parent is not None:
-            yield parent
-            parent = self._task.types[parent]
-
-    def _index_types(self, base: str) -> list[str]:
-        return ["" if kind is None else f"[{self._names.types[kind]}]" for kind in self._index_kinds(base)]
 
     # goals
 

@@ -1,0 +1,214 @@
+"""The requests of imported actions: their resources, and the variables that carry commands and arguments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from scbm.files.pddl.pddl_task import PddlFormula
+from scbm.files.spelling import suggestion
+from scbm.model import Diagnostic, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from scbm.files.pddl.action_cases import ActionCase
+    from scbm.files.pddl.import_names import ImportNames
+    from scbm.files.pddl.pddl_task import PddlDuration, PddlLiftedAction, PddlTask
+    from scbm.files.pddl.pddl_text import PddlText
+
+_WIDTH = 110
+"""A mapping that is longer has one entry in each line."""
+
+_DEADLINE = 10
+"""The deadline, in seconds, of a request whose action has no duration."""
+
+
+@dataclass(frozen=True, slots=True)
+class _SentParameter:
+    """A variable that carries an argument of actions to a resource, with the types of its values."""
+
+    variable: str
+    types: tuple[str, ...]
+
+
+class ImportedRequests:
+    """The resources that the actions of a task send requests to.
+
+    Attributes:
+        errors: options that are wrong, and durations that a model cannot express.
+    """
+
+    def __init__(
+        self, task: PddlTask, names: ImportNames, domain: PddlText, asked: Sequence[str], *, arguments: bool
+    ) -> None:
+        self._task = task
+        self._names = names
+        self._domain = domain
+        self.errors: dict[Diagnostic, None] = {}
+        self._resources = self._resource_parameters(asked)
+        self._arguments = self._argument_variables() if arguments else {}
+        self._commands: dict[str, dict[str, None]] = {}
+        self._latencies: dict[str, list[tuple[int, int]]] = {}
+        self._resource_types: dict[str, dict[str, None]] = {}
+
+    def lines_of(self, action: PddlLiftedAction, case: ActionCase, term: Callable[[PddlFormula], str]) -> list[str]:
+        """Return the lines of an operation about its request; none without a request. `term` shows a term."""
+        resource = self._resource_of(action, case, term)
+        if resource is None:
+            return []
+        base, index, longest = resource
+        command = self._names.actions[action.name]
+        self._commands.setdefault(base, {})[command] = None
+        sent = {f"{base}_command{index}": command}
+        for name, argument in self._arguments.get(base, {}).items():
+            known = name in dict(action.parameters)
+            value = case.binding.get(name, PddlFormula("parameter", name=name))
+            sent[f"{argument.variable}{index}"] = term(value) if known else "none"
+        return [f"    request: {base}{index}", *_mapping_lines("    with", sent), f"    deadline: {longest} s"]
+
+    def variable_lines(self) -> list[str]:
+        """Return the variables that the operations so far send."""
+        lines = []
+        for base, commands in self._commands.items():
+            domains = {f"{base}_command": ["none", *commands]}
+            for argument in self._arguments.get(base, {}).values():
+                domains[argument.variable] = [*(self._names.types[each] for each in argument.types), "none"]
+            for variable, values in domains.items():
+                entry = f"{{domain: [{', '.join(values)}], initial: none}}"
+                lines += [f"  {variable}{index}: {entry}" for index in self._index_types(base)]
+        return lines
+
+    def resource_lines(self) -> list[str]:
+        """Return the resources of the operations so far."""
+        lines = []
+        for base in self._commands:
+            times = self._latencies.get(base)
+            latency = ""
+            if times:
+                low, high = min(t for t, _ in times), max(t for _, t in times)
+                shown = f"{low} s" if low == high else f"{{uniform: [{low} s, {high} s]}}"
+                latency = f", simulation: {{latency: {shown}}}"
+            carried = [f"{base}_command", *(argument.variable for argument in self._arguments.get(base, {}).values())]
+            for kind in self._index_kinds(base):
+                word = "" if kind is None else self._names.parameters([kind])[kind]
+                key = base if kind is None else f"{base}[{word} in {self._names.types[kind]}]"
+                shown = ", ".join(each if kind is None else f"{each}.{word}" for each in carried)
+                lines.append(f"  {key}: {{request: [{shown}]{latency}}}")
+        return lines
+
+    def _resource_parameters(self, asked: Sequence[str]) -> dict[str, tuple[str, str]]:
+        """Return the parameter of each action that names its resource, and the name of the resource."""
+        found: dict[str, tuple[str, str]] = {}
+        known: dict[str, None] = {}
+        for text in asked:
+            word = text.lower().lstrip("?")
+            uses = 0
+            for action in self._task.actions:
+                known |= dict.fromkeys(name for name, _ in action.parameters)
+                for name, kind in action.parameters:
+                    if action.name not in found and word in (name, kind):
+                        found[action.name] = (name, word)
+                        uses += 1
+            if not uses:
+                message = f"no action has a parameter `{word}`"
+                remedy = suggestion(word, list(known), "parameters")
+                self.errors[Diagnostic(Slug.BAD_OPTION, message, Place("--resource"), remedy)] = None
+        types: dict[str, str] = {}
+        for action in self._task.actions:
+            if action.name in found:
+                name, word = found[action.name]
+                types.setdefault(word, dict(action.parameters)[name])
+        names = {word: self._names.fresh(f"{kind}_controller") for word, kind in types.items()}
+        return {action: (name, names[word]) for action, (name, word) in found.items()}
+
+    def _base_of(self, action: PddlLiftedAction) -> str | None:
+        """Return the name of the resource of an action, without its index; `None` without a request."""
+        chosen = self._resources.get(action.name)
+        if chosen is not None:
+            return chosen[1]
+        return None if action.duration is None else f"{self._names.actions[action.name]}_driver"
+
+    def _argument_variables(self) -> dict[str, dict[str, _SentParameter]]:
+        """Return for each resource the variables that carry the arguments of its actions, by the parameter."""
+        found: dict[str, dict[str, _SentParameter]] = {}
+        for action in self._task.actions:
+            base = self._base_of(action)
+            if base is None:
+                continue
+            of_resource = self._resources.get(action.name, ("", ""))[0]
+            known = found.setdefault(base, {})
+            for name, kind in action.parameters:
+                if name != of_resource:
+                    before = known.get(name) or _SentParameter(self._names.fresh(f"{base}_{name}"), ())
+                    types = tuple(self._widest(dict.fromkeys((*before.types, kind))))
+                    known[name] = replace(before, types=types)
+        return found
+
+    def _widest(self, types: Iterable[str]) -> list[str]:
+        """Return the types that are below no other of these types."""
+        known = dict.fromkeys(types)
+        return [kind for kind in known if not any(parent in known for parent in self._parents(kind))]
+
+    def _resource_of(
+        self, action: PddlLiftedAction, case: ActionCase, shown: Callable[[PddlFormula], str]
+    ) -> tuple[str, str, int] | None:
+        """Return the resource of an operation, its index, and the deadline in seconds; `None` without a request."""
+        chosen = self._resources.get(action.name)
+        times = self._seconds(action, action.duration) if action.duration is not None else None
+        base, index = self._base_of(action), ""
+        if base is None or (chosen is None and times is None):
+            return None
+        if chosen is not None:
+            parameter, _ = chosen
+            term = case.binding.get(parameter, PddlFormula("parameter", name=parameter))
+            index = f".{shown(term)}"
+            kind = dict(action.parameters)[parameter]
+            self._resource_types.setdefault(base, {})[kind] = None
+        if times is not None:
+            self._latencies.setdefault(base, []).append(times)
+        self._commands.setdefault(base, {})
+        return base, index, 2 * max(times[1], 1) if times is not None else _DEADLINE
+
+    def _seconds(self, action: PddlLiftedAction, duration: PddlDuration) -> tuple[int, int] | None:
+        lowest, highest = self._values(duration.lowest), self._values(duration.highest)
+        if lowest is None or highest is None:
+            message = f"the duration of {action.name} depends on what changes, or on sums"
+            place = self._domain.inside_action(action.name, ":duration")
+            remedy = "write a number, or a function that no action changes"
+            self.errors[self._domain.error(message, place, remedy)] = None
+            return None
+        return min(lowest), max(highest)
+
+    def _values(self, term: PddlFormula) -> list[int] | None:
+        """Return the values that a duration can have; `None` if it is no number and no function that stays."""
+        if term.kind == "number":
+            return [term.number]
+        changed = {effect.fluent.name for action in self._task.actions for effect in action.effects}
+        if term.kind == "fluent" and term.name not in changed:
+            return list(self._task.initial[term.name].values()) or [0]
+        return None
+
+    def _index_kinds(self, base: str) -> list[str | None]:
+        """Return the types that index a resource: none of them below another one."""
+        kinds = self._resource_types.get(base)
+        if kinds is None:
+            return [None]
+        return [*self._widest(kinds)]
+
+    def _parents(self, kind: str) -> Iterator[str]:
+        parent = self._task.types[kind]
+        while parent is not None:
+            yield parent
+            parent = self._task.types[parent]
+
+    def _index_types(self, base: str) -> list[str]:
+        return ["" if kind is None else f"[{self._names.types[kind]}]" for kind in self._index_kinds(base)]
+
+
+def _mapping_lines(key: str, values: Mapping[str, str]) -> list[str]:
+    """Return a mapping with its key: in one line, or with one entry in each line."""
+    entries = [f"{name}: {value}" for name, value in values.items()]
+    line = f"{key}: {{{', '.join(entries)}}}"
+    indent = " " * (len(key) - len(key.lstrip()) + 2)
+    return [line] if len(line) <= _WIDTH else [f"{key}:", *(f"{indent}{each}" for each in entries)]
