@@ -41,7 +41,7 @@ class _NotedError:
     first: Diagnostic
     lifted: Diagnostic
     instances: int
-    count: int = 0
+    count: int = 1
 
     @property
     def shown(self) -> Diagnostic:
