@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from scbm.cases.coverage import Coverage, Obligations, Statuses
+from scbm.cases.coverage import Coverage, Obligations, Statuses, WaiverReview
 from scbm.files import read_model
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, Waiver
 from scbm.reports.ci.badge import badge
 from scbm.reports.ci.cobertura import cobertura_xml
 from scbm.reports.ci.junit import junit_xml
@@ -68,7 +69,7 @@ def _missing(model: BehaviorModel, visited: list[str]) -> list[str]:
 def test_missing_obligations_of_all_instances_with_one_reason_have_one_line() -> None:
     lines = _missing(MODEL, [])
     head = lines.index("  op: open_it (3)")
-    assert lines[head + 1].split(",")[0].strip() == "○ disabled"
+    assert lines[head + 1].startswith("      ○ every state, queued  in no plan of ")
     assert lines[head + 2] == ""
     assert not any("open_it.d2" in line for line in lines)
 
@@ -78,6 +79,32 @@ def test_missing_obligations_of_some_instances_name_them() -> None:
     assert lines.count("          open_it.d2, open_it.d3") == 1
     assert "          open_it.d1" in lines
     assert sum("op: open_it" in line for line in lines) == 1
+
+
+def _section(text: str, title: str) -> str:
+    """Return the rows of the table below a title of the summary."""
+    return text.partition(f"{title}**\n\n")[2].partition("\n\n")[0]
+
+
+def test_the_summary_folds_instances_with_one_reason(history: History) -> None:
+    text = markdown(history)
+    assert _section(text, "2 executing").splitlines()[2].startswith("| `open_it.d2`, `open_it.d3` | ")
+    assert _section(text, "3 timedout").count("| `open_it") == 2
+    waived = [Waiver(f"open_it.d{number}/failed", "no", "Ada", "2026-11-20") for number in (1, 2, 3)]
+    statuses = Statuses.of(history.coverage, waivers=WaiverReview(tuple(waived)))
+    decided = markdown(replace(history, decided=statuses))
+    assert "| `open_it (3)`: failed | " in decided
+    statuses = Statuses.of(history.coverage, waivers=WaiverReview(tuple(waived[1:])))
+    assert "| `open_it.d2/failed`, `open_it.d3/failed` | " in markdown(replace(history, decided=statuses))
+
+
+def test_the_summary_counts_instances_of_many(tmp_path: Path) -> None:
+    file = tmp_path / "doors.yaml"
+    file.write_text(TEXT.replace("[d1, d2, d3]", "[d1, d2, d3, d4, d5, d6, d7]").replace("  all_open", "  # all_open"))
+    text = markdown(history_of(file, 1))
+    assert _section(text, "6 executing").splitlines()[2].startswith("| `open_it (6 of 7)` | ")
+    assert "| `open_it.d1` | executed in 1 case" in _section(text, "7 failed")
+    assert "<details>" not in text
 
 
 def test_the_closing_report_folds_instances_and_has_the_lifted_figure() -> None:

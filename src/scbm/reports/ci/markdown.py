@@ -6,7 +6,7 @@ import re
 from html import escape
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Figure, status_counts_in_words
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Figure, InstanceFolds, status_counts_in_words
 from scbm.reports.ci.xml_text import visible
 from scbm.reports.figure_table import counted, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
@@ -54,7 +54,8 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
     undecided = [each for each in all_missed if each.status is Decision.UNDECIDED]
     others = [each for each in all_missed if each.status is not Decision.UNDECIDED]
     blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history), _figures(history)]
-    blocks += [*_missing(undecided, file), *_not_needed(others)]
+    folds = InstanceFolds.of(history.model)
+    blocks += [*_missing(undecided, file, folds), *_not_needed(others, folds)]
     return _joined(blocks, most_characters)
 
 
@@ -111,14 +112,30 @@ def _statuses(history: History) -> Iterator[str]:
         yield "".join(warnings)
 
 
-def _not_needed(missed: Sequence[Missed]) -> Iterator[str]:
+def _not_needed(missed: Sequence[Missed], folds: InstanceFolds) -> Iterator[str]:
     """Yield the missed obligations that need not be covered, or cannot be, with the reasons; folded."""
     if not missed:
         return
-    rows = [_row(_cell(str(each.obligation)), _plain(each.reason)) for each in missed[:_MAX_ROWS]]
-    more = f"\nand {len(missed) - _MAX_ROWS} more\n" if len(missed) > _MAX_ROWS else ""
+    found = list(_rows_of(missed, folds))
+    rows = [_row(names, _plain(reason)) for names, reason in found[:_MAX_ROWS]]
+    more = f"\nand {len(found) - _MAX_ROWS} more\n" if len(found) > _MAX_ROWS else ""
     table = _table(("obligation", "status and reason"), rows)
     yield f"<details><summary><b>{len(missed)} with another status</b></summary>\n\n{table}{more}\n</details>\n"
+
+
+def _rows_of(missed: Sequence[Missed], folds: InstanceFolds) -> Iterator[tuple[str, str]]:
+    """Yield obligations with their reasons; instances of an entry that miss one aspect for one reason share a row."""
+    alike: dict[tuple[Aspect, str, str], list[Missed]] = {}
+    for each in missed:
+        entry = folds.entry_of(each.obligation) or each.obligation.subject
+        alike.setdefault((each.obligation.aspect, entry, each.reason), []).append(each)
+    for (aspect, _, reason), group in alike.items():
+        subjects = tuple(each.obligation.subject for each in group)
+        words = folds.folded(subjects, is_automatic=aspect is Aspect.TAKEN)
+        if words == subjects:
+            yield ", ".join(_cell(str(each.obligation)) for each in group), reason
+        else:
+            yield f"{', '.join(map(_cell, words))}: {aspect.value}", reason
 
 
 def _ends(history: History) -> Iterator[str]:
@@ -161,7 +178,7 @@ def _figures(history: History) -> str:
     return _table(("", "visited", ""), rows)
 
 
-def _missing(missed: Sequence[Missed], file: str) -> Iterator[str]:
+def _missing(missed: Sequence[Missed], file: str, folds: InstanceFolds) -> Iterator[str]:
     """Yield the missed obligations of each aspect, and the commands that cover them."""
     if not missed:
         return
@@ -172,19 +189,29 @@ def _missing(missed: Sequence[Missed], file: str) -> Iterator[str]:
     for aspect in _ORDER:
         group = [each for each in missed if each.obligation.aspect is aspect]
         if group:
-            yield _missing_of(aspect, group)
+            yield _missing_of(aspect, group, folds)
 
 
-def _missing_of(aspect: Aspect, group: Sequence[Missed]) -> str:
-    """Return the missed obligations of an aspect, grouped by reason; a long list is folded."""
-    by_reason: dict[str, list[str]] = {}
-    for each in group[:_MAX_ROWS]:
-        by_reason.setdefault(each.reason, []).append(_cell(each.obligation.subject))
-    table = _table(("", "why"), [_row(", ".join(names), _plain(reason)) for reason, names in by_reason.items()])
-    more = len(group) - _MAX_ROWS
+def _missing_of(aspect: Aspect, group: Sequence[Missed], folds: InstanceFolds) -> str:
+    """Return the missed obligations of an aspect, grouped by reason; a long list is folded.
+
+    Instances of an entry with parameters have one name where they share the reason: `move (8)`, or `move (5 of 8)`.
+    """
+    subjects: dict[str, list[str]] = {}
+    for each in group:
+        subjects.setdefault(each.reason, []).append(each.obligation.subject)
+    is_automatic = aspect is Aspect.TAKEN
+    named = {reason: folds.folded(names, is_automatic=is_automatic) for reason, names in subjects.items()}
+    count = sum(map(len, named.values()))
+    rows, left = [], _MAX_ROWS
+    for reason, names in named.items():
+        rows += [_row(", ".join(map(_cell, names[:left])), _plain(reason))] if left else []
+        left -= min(left, len(names))
+    table = _table(("", "why"), rows)
+    more = count - _MAX_ROWS
     body = f"{table}\nand {more} more\n" if more > 0 else table
     title = f"{len(group)} {aspect.value}"
-    if len(group) < _FEWEST_HIDDEN:
+    if count < _FEWEST_HIDDEN:
         return f"**{title}**\n\n{body}"
     return f"<details><summary><b>{title}</b></summary>\n\n{body}\n</details>\n"
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.cases.coverage import Aspect, Decision, InstanceFolds, LiftedStatuses, Obligation, Statuses
+from scbm.closing.summaries import aspects_in_words
 from scbm.model import Outcome
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
@@ -121,12 +122,12 @@ def _of_entry(entry: str, missed: Sequence[Missed], folds: InstanceFolds, column
     is_automatic = missed[0].obligation.aspect is Aspect.TAKEN
     count = folds.count(entry, is_automatic=is_automatic)
     yield Text("  at: " if is_automatic else "  op: ").append(entry, style="bold").append(f" ({count})")
-    reasons: dict[tuple[str, Decision, str], list[str]] = {}
+    reasons: dict[tuple[str, Decision, str], list[Aspect]] = {}
     for each in missed:
-        reasons.setdefault((each.obligation.subject, each.status, each.reason), []).append(each.obligation.aspect.value)
+        reasons.setdefault((each.obligation.subject, each.status, each.reason), []).append(each.obligation.aspect)
     alike: dict[tuple[str, Decision, str], list[str]] = {}
     for (subject, status, reason), aspects in reasons.items():
-        alike.setdefault((", ".join(aspects), status, reason), []).append(subject)
+        alike.setdefault((aspects_in_words(aspects), status, reason), []).append(subject)
     width = max(len(aspects) for aspects, _, _ in alike)
     for (names, status, reason), subjects in alike.items():
         style = "red" if status is Decision.UNDECIDED else "dim"
