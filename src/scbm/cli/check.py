@@ -7,12 +7,13 @@ import typer
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.options.node_options import Bindings
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.verb_options import Json
 from scbm.cli.output.terminal import activity_display, count_of, errors, results, write_json
 from scbm.closing.advice import THOROUGH, Checked, CheckLimits, Doubt, check_model
 from scbm.closing.current_date import today
 from scbm.files import Places, load_bindings, load_located
-from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Severity, Slug
+from scbm.model import BehaviorModel, Diagnostic, InputError, Severity
 from scbm.reports import counted
 
 FORMAT_VERSION = 1
@@ -32,7 +33,7 @@ def command(
     if bindings is not None and len(models) > 1:
         message = f"bindings are of one model, and these are {len(models)}"
         remedy = "check each model with its own bindings"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--bindings"), remedy)])
+        raise option_error("--bindings", message, remedy)
     loaded = [_load(path, quiet=json) for path in models]  # all errors come before the first exploration
     limits = THOROUGH if thorough else CheckLimits()
     reports = [

@@ -13,6 +13,7 @@ from scbm.cli.main import INTERRUPTED, sigterm_as_interrupt
 from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.planner_options import PlannerOptions, RunPlanner
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Jobs, Json, Seed, SuiteFiles
@@ -115,7 +116,7 @@ def _only_model(files: Sequence[Path]) -> Path:
         return files[0]
     message = f"`scbm close` takes one model, and {len(files)} are given" if files else "no model is given"
     remedy = "give cases with `--suite`, certificates with `--check`" if files else "write `scbm close MODEL`"
-    raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("MODEL"), remedy)])
+    raise option_error("MODEL", message, remedy)
 
 
 @dataclass(frozen=True)
@@ -290,7 +291,7 @@ def check_certificates(files: Sequence[Path], *, json: bool) -> int:
     asked = files[1:] if model_path is not None else files
     if not asked:
         message = "no certificate is given"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--check"), "write `scbm close --check FILE`")])
+        raise option_error("--check", message, "write `scbm close --check FILE`")
     opened = [open_certificate(path) for path in find_certificates(asked)]
     paths = [model_path or file.required_model_path() for file in opened]
     models = {path: load_model(path) for path in dict.fromkeys(paths)}

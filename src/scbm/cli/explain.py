@@ -9,6 +9,7 @@ from scbm.cases.coverage import Obligation, Obligations, instances_of
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Json, Model, SuiteFiles
@@ -18,7 +19,7 @@ from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, suggestion, write_case
-from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
+from scbm.model import BehaviorModel, Slug
 from scbm.reports.figure_table import shown_path
 from scbm.reports.terminal.explanation_report import case_lines, explanation_lines
 from scbm.testing import Execution, Tester
@@ -77,8 +78,7 @@ def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
     names = [*map(str, known), *dict.fromkeys(obligation.subject for obligation in known)]
     message = f"the model has no obligation `{text}`"
     remedy = suggestion(text, names, "the obligations are")
-    place = Place("OBLIGATION", 1, 1, max(1, len(text)))
-    raise InputError([Diagnostic(Slug.UNKNOWN_OBLIGATION, message, place, remedy, text)])
+    raise option_error("OBLIGATION", message, remedy, text, Slug.UNKNOWN_OBLIGATION)
 
 
 def _executions(closing: Closing, suite: Suite) -> dict[str, Execution]:

@@ -9,9 +9,9 @@ from typing import Annotated
 import typer
 
 from scbm.cli.example_cells import EXAMPLES, ExampleCell, examples_folder
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import results
 from scbm.files import FileWriter, read_file
-from scbm.model import Diagnostic, InputError, Place, Slug
 
 ExampleName = StrEnum("ExampleName", list(EXAMPLES))  # type: ignore[misc] # mypy knows no members of such an enum
 
@@ -76,7 +76,7 @@ def _refuse_used(folder: Path) -> None:
     if folder.exists():
         what = "the folder is not empty" if folder.is_dir() else "this is a file"
         remedy = "name another folder: `scbm init NAME`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, what, Place(str(folder)), remedy)])
+        raise option_error(str(folder), what, remedy)
 
 
 _TESTS = '''\

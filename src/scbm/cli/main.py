@@ -10,7 +10,7 @@ import codecs
 import os
 import signal
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, NoReturn
 
@@ -18,6 +18,8 @@ import scbm
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
+    from types import FrameType
 
 
 GOOD, FAILED, WRONG_INPUT, OWN_FAULT = 0, 1, 2, 3
@@ -133,32 +135,26 @@ def _leave_on_interrupt() -> Callable[[], None]:
     return restore
 
 
-@contextmanager
-def sigterm_as_interrupt() -> Iterator[None]:
+def sigterm_as_interrupt() -> AbstractContextManager[None]:
     """Handle SIGTERM as Ctrl-C in a block, so that a command that is terminated writes what it has."""
-    try:
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    except ValueError:  # in a thread, which gets no signals
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    return _on_sigterm(signal.default_int_handler)
 
 
-@contextmanager
-def _leaving_on_sigterm(arguments: list[str]) -> Iterator[None]:
+def _leaving_on_sigterm(arguments: list[str]) -> AbstractContextManager[None]:
     """Let SIGTERM end a node at once while it starts, with the exit code that it has later.
 
     A node that serves handles SIGTERM itself, and so does a tester.
     """
     if arguments[:1] != ["node"]:
-        yield
-        return
+        return nullcontext()
     code = INTERRUPTED if arguments[1:2] == ["tester"] else GOOD
+    return _on_sigterm(lambda *_: os._exit(code))
+
+
+@contextmanager
+def _on_sigterm(handler: Callable[[int, FrameType | None], object]) -> Iterator[None]:
     try:
-        before = signal.signal(signal.SIGTERM, lambda *_: os._exit(code))
+        before = signal.signal(signal.SIGTERM, handler)
     except ValueError:  # in a thread, which gets no signals
         yield
         return

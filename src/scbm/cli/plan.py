@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.option_values import read_goal, read_state
 from scbm.cli.options.planner_options import (
     MaxExpanded,
@@ -56,7 +57,7 @@ def command(
     if goal is None:
         return _plan_all(loaded, str(model), start, limits, jobs, json=json)
     if jobs is not None:
-        raise InputError([Diagnostic(Slug.BAD_OPTION, "one goal takes one process", Place("-j"), "leave it out")])
+        raise option_error("-j", "one goal takes one process", "leave it out")
     name, predicate = read_goal(goal, loaded)
     plans = Planner.of(loaded)
     answer = plan_guarded(plans, start, predicate, limits)

@@ -17,12 +17,13 @@ from scbm.cases.case import BETWEEN_GOALS, CaseGoalNames
 from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_thresholds
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.options.status_options import Certificates, WaiversFile, stored_evidence
 from scbm.cli.options.verb_options import FailUnder, Json, Missing
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import FileWriter
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import Diagnostic, InputError
 from scbm.reports import counted
 from scbm.reports.ci.history_json import history_json, smallest_json
 from scbm.reports.formats import FORMATS, ReportFormat
@@ -134,9 +135,7 @@ def command(
     wanted_figures = read_thresholds(fail_under or [])
     wanted = ReportFiles(files)
     if save is not None and not minimize:
-        raise InputError(
-            [Diagnostic(Slug.BAD_OPTION, "only the smallest suite can be saved", Place("--save"), "add --minimize")]
-        )
+        raise option_error("--save", "only the smallest suite can be saved", "add --minimize")
     history = read_history(store)
     writer = wanted.writer(store, waivers, history, save)
     evidence = stored_evidence(history, certificates, waivers, wanted_figures)
@@ -196,7 +195,7 @@ def _save(history: History, chosen: Iterable[int], directory: Path, writer: File
     if not model.is_file():
         message = f"there is no model file `{model}` here, which the saved cases would name"
         remedy = "save them from the directory in which the store was filled"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--save"), remedy)])
+        raise option_error("--save", message, remedy)
     replays = Replays(history)
     comment = [f"one of the smallest suite that visits what all {len(history.cases)} cases of a store do"]
     kept_back = {history.labels[index]: why for index in chosen if (why := _unsaved(history.cases[index], history))}

@@ -6,6 +6,7 @@ from typing import Annotated
 from scbm.cases import Case, CaseLimits, Origin
 from scbm.cli.options.campaign_options import read_inputs
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.option_values import (
     allowed_state,
     read_faults,
@@ -18,7 +19,7 @@ from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.verb_options import AllChanges, Inputs, Json, Model, Require, StateValues, TraceFile
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model
-from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
+from scbm.model import BehaviorModel
 from scbm.testing import RandomCases, Tester, draw_network
 
 
@@ -72,15 +73,15 @@ def _case(
     """Return the case of the options: a random case of `scbm test`, or one with the given goal and state."""
     if drawn:
         if goal is not None or state:
-            raise _bad("`--case` draws goal and initial state, so `--goal` and `--state` do not go with it", "--case")
+            raise option_error(
+                "--case", "`--case` draws goal and initial state, so `--goal` and `--state` do not go with it"
+            )
         return RandomCases(model, file, moves_inputs=origin.moves_inputs).case(origin.seed, origin.number)
     if goal is None:
         names = ", ".join(name for name, _ in model.goals) or "none in this model"
-        raise _bad("a run needs a goal", "--goal", f"goals: {names}; or write a predicate; or draw a case: `--case 1`")
+        raise option_error(
+            "--goal", "a run needs a goal", f"goals: {names}; or write a predicate; or draw a case: `--case 1`"
+        )
     name, predicate = read_goal(goal, model)
     initial = allowed_state(read_state(state or [], model), model)
     return Case(f"seed-{origin.seed}", name, predicate, initial, origin=origin)
-
-
-def _bad(message: str, option: str, remedy: str | None = None) -> InputError:
-    return InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy)])

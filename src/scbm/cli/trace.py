@@ -11,12 +11,13 @@ import typer
 from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.campaign_options import read_inputs
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.verb_options import Inputs, ModelOfFile, Require, RerunTimeLimit
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model
-from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug, format_moment
+from scbm.model import BehaviorModel, format_moment
 from scbm.testing import Execution, RandomCases, Tester
 from scbm.testing.batches.campaign_work import complete
 
@@ -109,7 +110,7 @@ def _outputs(perfetto: Path | None, mcap: Path | None) -> list[_TraceOutput]:
     if mcap is not None:
         outputs.append(_TraceOutput("--mcap", mcap, _mcap_writer(), "messages", "Foxglove"))
     if not outputs:
-        raise _bad("no output file is given", "scbm trace", "add `--perfetto FILE`, `--mcap FILE`, or both")
+        raise option_error("scbm trace", "no output file is given", "add `--perfetto FILE`, `--mcap FILE`, or both")
     return outputs
 
 
@@ -120,7 +121,7 @@ def _mcap_writer() -> Callable[[BehaviorModel, Execution, BinaryIO], int]:
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "mcap":
             raise
-        raise _bad("mcap is not installed: pip install 'scbm[trace]'", "--mcap", None) from None
+        raise option_error("--mcap", "mcap is not installed: pip install 'scbm[trace]'") from None
     return write_mcap
 
 
@@ -128,7 +129,7 @@ def _refuse(options: dict[str, object], message: str, remedy: str | None) -> Non
     """Raise `InputError` for options that have no effect here."""
     for option, value in options.items():
         if value is not None:
-            raise _bad(message, option, remedy)
+            raise option_error(option, message, remedy)
 
 
 def _write(output: _TraceOutput, model: BehaviorModel, execution: Execution, writer: FileWriter) -> int:
@@ -167,7 +168,3 @@ def _json(execution: Execution, outputs: list[_TraceOutput], counts: list[int]) 
             for output, count in zip(outputs, counts, strict=True)
         ],
     }
-
-
-def _bad(message: str, option: str, remedy: str | None) -> InputError:
-    return InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy)])

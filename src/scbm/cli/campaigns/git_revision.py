@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 from typing import TYPE_CHECKING
 
+from scbm.cli.options.option_errors import option_error
 from scbm.files import read_model
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.mutants import SubjectKind
@@ -56,9 +57,7 @@ def _text_at(revision: str, path: Path) -> str:
     text = _git(path, "show", f"{commit.strip()}:./{path.name}")
     if text is None:
         message = f"`{revision}` has no file {path}"
-        raise InputError(
-            [Diagnostic(Slug.BAD_OPTION, message, Place(_OPTION), f"leave out `{_OPTION}`: all of it is new")]
-        )
+        raise option_error(_OPTION, message, f"leave out `{_OPTION}`: all of it is new")
     return text
 
 
@@ -79,5 +78,5 @@ def _git(path: Path, *arguments: str) -> str | None:
         )
     except OSError:
         remedy = f"install git, or leave out `{_OPTION}`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, "git cannot be run", Place(_OPTION), remedy)]) from None
+        raise option_error(_OPTION, "git cannot be run", remedy) from None
     return done.stdout if done.returncode == 0 else None

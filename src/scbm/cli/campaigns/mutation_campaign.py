@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cli.campaigns.mutation_loop import BEFORE_FIRST, MutationLoop
 from scbm.cli.main import sigterm_as_interrupt
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.files import load_located, read_file, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -108,7 +109,7 @@ def read_oracle(text: str | None) -> bool:
     """Return whether `--oracle` asks for recorded results. Raise `InputError` for any other text."""
     if text not in (None, "recorded"):
         message = f"there is no oracle `{text}`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--oracle"), "write `--oracle recorded`")])
+        raise option_error("--oracle", message, "write `--oracle recorded`")
     return text is not None
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.cases.trace import End
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.option_values import read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.files import FileWriter, digest_of, load_model, open_case, open_input
@@ -103,7 +104,7 @@ def _of_case(asked: AskedRun) -> Rerun:
     read = document.read(model)
     if read.plans and asked.planner.words:
         message, remedy = "the case has the plans of its run", "leave it out, or remove `plans:` from the case"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(asked.planner.words[0]), remedy)])
+        raise option_error(asked.planner.words[0], message, remedy)
     if asked.planner.name is None and read.recorded is not None and not read.plans:  # else no planner is asked
         model = _with_planner_of(read.recorded.planner, model, asked.file)
     model = asked.planner.applied(model)
@@ -130,10 +131,10 @@ def _of_log(asked: AskedRun) -> Rerun:
 
     if asked.time_limit is not None:
         message = "a log is of one run, which had its time limit"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--time-limit"), "leave it out")])
+        raise option_error("--time-limit", message, "leave it out")
     if asked.planner.words:
         message = "a log has the plans of its run"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(asked.planner.words[0]), "leave it out")])
+        raise option_error(asked.planner.words[0], message, "leave it out")
     document = event_log.open_event_log(asked.file)
     model, writer = asked.load(asked.model or _model_of(document, asked.file), "the log")
     log = document.read(model, digest_of(model))

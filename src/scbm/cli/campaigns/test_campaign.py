@@ -14,6 +14,7 @@ from scbm.cli.campaigns.suite_recording import update_hint
 from scbm.cli.main import INTERRUPTED
 from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_inputs
 from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
+from scbm.cli.options.option_errors import refuse_given
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
@@ -284,20 +285,15 @@ def select_cases(suite: Suite, expression: str | None, failures: Path | None) ->
 
 def refuse_selection(dry: int | None, options: Mapping[str, object]) -> None:
     """Raise `InputError` for options that select cases where the number of cases is open."""
-    useless = [option for option, value in options.items() if value is not None]
-    if dry is not None and useless:
+    if dry is not None:
         message = "`--until-dry` runs random cases in their order, until they visit nothing new"
-        remedy = "leave one of the two out"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+        refuse_given(options, message, "leave one of the two out")
 
 
 def refuse_without_random_cases(count: int, options: Mapping[str, object]) -> None:
     """Raise `InputError` for options about random cases if there are none."""
-    useless = [option for option, value in options.items() if value is not None and not count]
-    message = "this is for random cases, and none are drawn"
-    if useless:
-        remedy = "add for example `--cases 20`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+    if not count:
+        refuse_given(options, "this is for random cases, and none are drawn", "add for example `--cases 20`")
 
 
 def refuse_outputs(suite: Suite, output: CampaignOutput, logs: Path | None) -> None:

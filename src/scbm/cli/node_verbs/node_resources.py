@@ -8,6 +8,7 @@ from scbm.cases import Origin
 from scbm.cli.campaigns.node_setup import serve_node
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import Domain, NodeTransport, WhileStdin, read_domain
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.verb_options import Model
 from scbm.files import load_model, suggestion
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
@@ -64,5 +65,5 @@ def _chosen(model: BehaviorModel, names: list[str]) -> tuple[str, ...]:
             ]
         )
     if not known:
-        raise InputError([Diagnostic(Slug.BAD_OPTION, "the model has no resources to simulate", Place("MODEL"))])
+        raise option_error("MODEL", "the model has no resources to simulate")
     return tuple(name for name in known if name in names or not names)

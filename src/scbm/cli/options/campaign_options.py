@@ -9,6 +9,7 @@ import re
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import ASSERTED, COVERABLE, KINDS, LIFTED, Threshold
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.verb_options import FAIL_UNDER
 from scbm.cli.output.terminal import errors
 from scbm.files import suggestion
@@ -69,7 +70,7 @@ def refuse_asserted(thresholds: Sequence[Threshold], store: Path | None, *, is_o
     remedy = "add `--store FILE`, and fill it by `scbm mutate` with the same cases and the same store"
     if is_over_nodes:
         message, remedy = "mutants run in simulation, and the cases of this command do not", "leave `asserted` out"
-    raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(FAIL_UNDER), remedy)])
+    raise option_error(FAIL_UNDER, message, remedy)
 
 
 def asks_for_asserted(thresholds: Sequence[Threshold]) -> bool:
@@ -142,7 +143,7 @@ def read_inputs(text: str | None) -> bool:
     """Return whether `--inputs` asks for inputs that are drawn. Raise `InputError` for any other text."""
     if text not in (None, "drawn"):
         message = f"there is no way `{text}` to move inputs"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--inputs"), "write `--inputs drawn`")])
+        raise option_error("--inputs", message, "write `--inputs drawn`")
     return text is not None
 
 
@@ -165,7 +166,7 @@ def read_executor(jobs: int | None, cluster: str | None = None) -> Executor:
 def _read_cluster(jobs: int | None, address: str) -> Executor:
     if jobs is not None:
         message = "with `--cluster` the workers of the cluster run the cases"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("-j"), "leave one of the two out")])
+        raise option_error("-j", message, "leave one of the two out")
     try:
         from scbm.testing.batches.dask_cluster import DaskCluster  # noqa: PLC0415 - an extra
     except ImportError:

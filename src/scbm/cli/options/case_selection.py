@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scbm.cli.options.option_errors import option_error
 from scbm.files import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
 
@@ -138,7 +139,7 @@ def select_last_failed(last: LastFailed, names: Sequence[str]) -> Callable[[str]
     if not any(name in failed for name in names):
         message = f"none of these cases failed last time; `{last.names[0]}` did"
         remedy = f"repeat the options that it ran with: `{last.options.strip()}`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--lf"), remedy)])
+        raise option_error("--lf", message, remedy)
     return lambda name: name in failed
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_errors import option_error, refuse_given
 from scbm.cli.options.registry_options import NameOf
 from scbm.files import load_bindings, load_model, parse_duration, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -112,7 +113,7 @@ def read_via(via: Via | None, real: Sequence[str]) -> Via:
     """Return the middleware for real resources. Raise `InputError` if there are none."""
     if via is not None and not real:
         message = "this is for real resources, and all are simulated"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--via"), "add `--real NAME`")])
+        raise option_error("--via", message, "add `--real NAME`")
     return via or Via.DDS
 
 
@@ -128,7 +129,7 @@ def read_domain(domain: int | None) -> int:
     if domain is None and named:
         if not named.isascii() or not named.isdigit() or len(named) > _MAX_DIGITS:
             message = f"its value {named[:40]} is not a number"
-            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(_ENVIRONMENT), "set it to 0 to 232")])
+            raise option_error(_ENVIRONMENT, message, "set it to 0 to 232")
         return _known_domain(int(named), _ENVIRONMENT)
     return _known_domain(domain or 0, "--domain")
 
@@ -136,7 +137,7 @@ def read_domain(domain: int | None) -> int:
 def _known_domain(domain: int, place: str) -> int:
     if not 0 <= domain <= 232:  # noqa: PLR2004 - ports run out there (RTPS 9.6.1.1)
         message = f"there is no DDS domain {domain}"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(place), "domains are 0 to 232")])
+        raise option_error(place, message, "domains are 0 to 232")
     return domain
 
 
@@ -150,9 +151,8 @@ def read_time_scale(text: str | None) -> Fraction:
         scale = Fraction(0)
     if not 0 < scale <= _MAX_SCALE or scale.denominator > _MAX_SCALE:
         message = f"`{text}` is not a factor between 0 and {_MAX_SCALE}"
-        place = Place("--time-scale", 1, 1, max(1, len(text)))
         remedy = "write how many seconds of a run pass in one of the wall: `20`, `0.5`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, place, remedy, text)])
+        raise option_error("--time-scale", message, remedy, text)
     return scale
 
 
@@ -160,16 +160,15 @@ def refuse_faster(time_scale: str | None, real: Sequence[str]) -> None:
     """Raise `InputError` for a time scale other than 1 with real resources."""
     if real and read_time_scale(time_scale) != 1:
         message = f"`{real[0]}` is real, and cannot be made faster or slower"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--time-scale"), "leave it out")])
+        raise option_error("--time-scale", message, "leave it out")
 
 
 def read_wait(text: str) -> float:
     """Return how many seconds to wait for nodes. Raise `InputError`."""
     wait_ns = parse_duration(text)
     if wait_ns is None:
-        place = Place("--wait", 1, 1, max(1, len(text)))
         remedy = "write a number and a unit: `10 s`"
-        raise InputError([Diagnostic(Slug.BAD_DURATION, f"`{text}` is not a duration", place, remedy, text)])
+        raise option_error("--wait", f"`{text}` is not a duration", remedy, text, Slug.BAD_DURATION)
     return wait_ns / 1e9
 
 
@@ -230,30 +229,21 @@ class NodeOptions:
 
 def refuse_without_transport(options: Mapping[str, object]) -> None:
     """Raise `InputError` for options about nodes without `--transport`."""
-    useless = [option for option, value in options.items() if value is not None]
     message = "this is for runs over nodes, and the cases run in simulation"
-    if useless:
-        remedy = f"add {' or '.join(f'`--transport {name}`' for name in reversed(TRANSPORTS))}"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+    refuse_given(options, message, f"add {' or '.join(f'`--transport {name}`' for name in reversed(TRANSPORTS))}")
 
 
 def refuse_with_nodes(options: Mapping[str, object]) -> None:
     """Raise `InputError` for options of simulated campaigns where the cases run over nodes, one after the other."""
-    useless = [option for option, value in options.items() if value is not None]
     message = "this is for cases in simulation, and these run over nodes"
-    if useless:
-        remedy = "leave it out, or leave out `--transport`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+    refuse_given(options, message, "leave it out, or leave out `--transport`")
 
 
 def refuse_in_one_process(transport: str, options: Mapping[str, object]) -> None:
     """Raise `InputError` for options about drivers and domains if the transport joins no processes."""
-    useless = [option for option, value in options.items() if value is not None]
-    if TRANSPORTS[transport].joins_processes or not useless:
-        return
-    message = f"with `--transport {transport}` all nodes run in this process, without drivers and domains"
-    remedy = f"use {' or '.join(f'`--transport {name}`' for name in _between_processes())}"
-    raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+    if not TRANSPORTS[transport].joins_processes:
+        message = f"with `--transport {transport}` all nodes run in this process, without drivers and domains"
+        refuse_given(options, message, f"use {' or '.join(f'`--transport {name}`' for name in _between_processes())}")
 
 
 def transport_option(transport: str) -> str:

@@ -6,6 +6,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
+from scbm.cli.options.option_errors import option_error
 from scbm.files import Scope, parse_duration, parse_predicate, parse_requirement, parse_state, read_network, suggestion
 from scbm.model import Diagnostic, InputError, Place, Requirement, Slug
 
@@ -26,9 +27,8 @@ def read_time_limit(time_limit: str | None) -> int | None:
     time_limit_ns = parse_duration(time_limit)
     if not time_limit_ns:
         message = f"`{time_limit}` is not a duration to run for"
-        place = Place("--time-limit", 1, 1, max(1, len(time_limit)))
         remedy = "write a number and a unit: `10 min`, `90 s`"
-        raise InputError([Diagnostic(Slug.BAD_DURATION, message, place, remedy, time_limit)])
+        raise option_error("--time-limit", message, remedy, time_limit, Slug.BAD_DURATION)
     return time_limit_ns
 
 

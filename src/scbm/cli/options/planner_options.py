@@ -8,9 +8,10 @@ from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.registry_options import KnownName, OptionGroup
 from scbm.files import parse_duration
-from scbm.model import BehaviorModel, Diagnostic, InputError, Place, PlannerChoice, PlanSet, Slug
+from scbm.model import BehaviorModel, InputError, PlannerChoice, PlanSet, Slug
 from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
 from scbm.testing.planner_override import override_planner, uncounted
 
@@ -110,9 +111,8 @@ class PlannerOptions:
     def _plan_set(self) -> PlanSet | None:
         if self.plans is None or self.plans in RUN_PLANS:
             return None if self.plans is None else PlanSet(self.plans)
-        place = Place("--plans", 1, 1, max(1, len(self.plans)))
         message, remedy = f"`{self.plans}` is not a set of plans that runs can have", "write `canonical` or `shortest`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, place, remedy, self.plans)])
+        raise option_error("--plans", message, remedy, self.plans)
 
     def _time_ns(self) -> int | None:
         if self.max_time is None:
@@ -120,9 +120,8 @@ class PlannerOptions:
         time_ns = parse_duration(self.max_time)
         if time_ns:
             return time_ns
-        place = Place("--max-time", 1, 1, max(1, len(self.max_time)))
         message, remedy = f"`{self.max_time}` is not a duration to search for", "write a number and a unit: `10 s`"
-        raise InputError([Diagnostic(Slug.BAD_DURATION, message, place, remedy, self.max_time)])
+        raise option_error("--max-time", message, remedy, self.max_time, Slug.BAD_DURATION)
 
     def _memory_bytes(self) -> int | None:
         if self.max_memory is None:
@@ -131,9 +130,8 @@ class PlannerOptions:
         size = 0 if match is None else int(float(match[1]) * _FACTORS[match[2]])
         if size:
             return size
-        place = Place("--max-memory", 1, 1, max(1, len(self.max_memory)))
         message, remedy = f"`{self.max_memory}` is not an amount of memory", "write a number and a unit: `2 GiB`"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, place, remedy, self.max_memory)])
+        raise option_error("--max-memory", message, remedy, self.max_memory)
 
 
 NO_PLANNER_OPTIONS = PlannerOptions()

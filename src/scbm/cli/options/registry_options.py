@@ -28,8 +28,8 @@ class RegistryOptions(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class NameOf:
-    """One option whose choices are the names of a registry.
+class RegistryName:
+    """One option whose value is a name of a registry.
 
     Attributes:
         names: returns the names.
@@ -38,6 +38,11 @@ class NameOf:
 
     names: Callable[[], Iterable[str]]
     option: OptionInfo
+
+
+@dataclass(frozen=True, slots=True)
+class NameOf(RegistryName):
+    """One option whose choices are the names of a registry."""
 
     def options(self, parameter: Parameter) -> tuple[Parameter, ...]:
         """Return the option with an enumeration of the names as its type."""
@@ -52,16 +57,8 @@ class NameOf:
 
 
 @dataclass(frozen=True, slots=True)
-class KnownName:
-    """One option with a name of a registry as its value, which the help lists; the verb refuses other names.
-
-    Attributes:
-        names: returns the names.
-        option: the option as typer declares it.
-    """
-
-    names: Callable[[], Iterable[str]]
-    option: OptionInfo
+class KnownName(RegistryName):
+    """One option with a name of a registry as its value, which the help lists; the verb refuses other names."""
 
     def options(self, parameter: Parameter) -> tuple[Parameter, ...]:
         """Return the option with the names in place of a word for its value."""
