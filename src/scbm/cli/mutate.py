@@ -105,6 +105,8 @@ def command(
     chosen, records = read_operators(operators or []), read_oracle(oracle)
     suite = wanted.suite({})
     entries = None if since is None else changed_since(since, suite.model, model)
+    if entries == ():
+        errors().line(f"{model}: nothing that has mutants changed since {since}")
     limits = CloseLimits(max_states, planning=max_planning) if equivalence else None
     if equivalence and not suite.model.goals:
         errors().line(f"{model}: no mutant is proved equivalent: proofs are about goals of the model, and it has none")

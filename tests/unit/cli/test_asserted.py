@@ -12,6 +12,7 @@ import pytest
 
 from conftest import Ran
 from scbm.closing.mutants.survivors import Survivors
+from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.batches.mutation_work import MutationWork
 from scbm.testing.mutants import MUTATIONS, MutantResult, MutantStatus, MutationRuns
 from support.wording import Wording, diagnostic_heads
@@ -189,6 +190,29 @@ def test_an_interruption_before_the_first_result_says_what_the_store_has(
 
 def _interrupt(*_: object) -> MutantResult:
     raise KeyboardInterrupt
+
+
+def test_an_interruption_without_a_store_says_how_far_the_command_was(
+    scbm: Scbm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Survivors, "decided", _interrupt)
+    ran = scbm(*MUTATE)
+    assert ran.code == 130
+    lost = "are not compared yet; these results are lost: `--store FILE` keeps results\n"
+    assert re.fullmatch(rf"scbm: interrupted: ran the cases on 45 mutants, and \d+ of them {lost}", ran.err)
+
+
+def test_a_store_that_cannot_be_written_any_more_has_what_it_got(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
+    full = InputError([Diagnostic(Slug.STORE_UNUSABLE, "database or disk is full", Place("cov.db"))])
+    monkeypatch.setattr(Survivors, "decided", lambda *_: _raise(full))
+    ran = scbm(*MUTATE, *STORE)
+    assert ran.code == 2
+    begins = "scbm: cov.db has 45 results of this command; once it can be written again, the same command goes on\n"
+    assert ran.err.startswith(begins)
+
+
+def _raise(error: InputError) -> MutantResult:
+    raise error
 
 
 def test_decisions_under_larger_limits_count(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:

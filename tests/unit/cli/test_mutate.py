@@ -294,6 +294,68 @@ def test_a_case_file_in_a_subdirectory_of_the_work_tree_is_found(scbm: Scbm, tra
     assert list(data["entries"]) == ["open_door"]
 
 
+PARTED = """\
+behavior_model: cell
+include: parts/lights.yaml
+variables: {door: {domain: [open, closed], initial: closed}}
+resources: {motor: {simulation: {latency: 1 s}}}
+operations:
+  open_door: {request: motor, deadline: 10 s, guard: door == closed, effects: [door <- open]}
+goals: {opened: door == open}
+"""
+LIGHTS = """\
+part: lights
+variables: {lamp: {domain: [lit, dark], initial: dark}}
+automatic_transitions:
+  lights: {g: door == open && lamp == dark, a: [lamp <- lit]}
+"""
+
+
+@pytest.fixture
+def parted(tracked: Path) -> Path:
+    """A model with a part in a file, both committed."""
+    cell = tracked.parent / "cells" / "cell.yaml"
+    (cell.parent / "parts").mkdir(parents=True)
+    cell.write_text(PARTED, encoding="utf-8")
+    (cell.parent / "parts" / "lights.yaml").write_text(LIGHTS, encoding="utf-8")
+    _git(tracked.parent, "add", ".")
+    _git(tracked.parent, "commit", "--quiet", "--message", "Add a cell with a part")
+    return cell
+
+
+def test_a_change_of_a_part_is_a_change_of_the_model(scbm: Scbm, parted: Path) -> None:
+    changed = LIGHTS.replace("lamp <- lit]", "lamp <- lit, door <- closed]")
+    (parted.parent / "parts" / "lights.yaml").write_text(changed, encoding="utf-8")
+    data = result(scbm("mutate", parted, "--cases", 1, "--since", "HEAD", "--json"))
+    assert list(data["entries"]) == ["automatic/lights"]
+
+
+def test_an_error_of_an_earlier_part_names_the_revision(scbm: Scbm, parted: Path) -> None:
+    (parted.parent / "parts" / "lights.yaml").write_text("part: [", encoding="utf-8")
+    _git(parted.parent, "commit", "--all", "--quiet", "--message", "Break the part")
+    (parted.parent / "parts" / "lights.yaml").write_text(LIGHTS, encoding="utf-8")
+    ran = scbm("mutate", parted, "--since", "HEAD")
+    assert ran.code == 2
+    assert diagnostic_heads(ran.err)[0].startswith("HEAD:parts/lights.yaml:")
+
+
+def test_operations_in_another_order_have_mutants(scbm: Scbm, parted: Path) -> None:
+    added = "goals:", "  shut: {pre: {g: door == open}, post: {g: true, a: [door <- closed]}}\ngoals:"
+    parted.write_text(PARTED.replace(*added), encoding="utf-8")
+    _git(parted.parent, "commit", "--all", "--quiet", "--message", "Shut the door")
+    lines = PARTED.replace(*added).splitlines(keepends=True)
+    lines[5], lines[6] = lines[6], lines[5]
+    parted.write_text("".join(lines), encoding="utf-8")
+    data = result(scbm("mutate", parted, "--cases", 1, "--since", "HEAD", "--json"))
+    assert list(data["entries"]) == ["shut", "open_door"]
+
+
+def test_what_did_not_change_meets_each_threshold(scbm: Scbm, tracked: Path) -> None:
+    ran = scbm("mutate", tracked, "--cases", 1, "--since", "HEAD", "--fail-under", "mutants=100")
+    assert ran.code == 0
+    assert "nothing that has mutants changed since HEAD" in ran.err
+
+
 @pytest.mark.parametrize("revision", ["nowhere", "--output=stolen", "HEAD;ls", ""])
 def test_an_unknown_revision_is_an_error(scbm: Scbm, tracked: Path, revision: str) -> None:
     ran = scbm("mutate", tracked, f"--since={revision}")

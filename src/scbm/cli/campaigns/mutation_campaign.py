@@ -162,6 +162,8 @@ def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOu
         errors().line(loop.kept)
     if output.files:
         errors().line(f"Written: {', '.join(map(str, output.files.values()))}")
+    if options.entries is not None and not summary.results:
+        return 0  # nothing that changed can have mutants, so no threshold is about it
     return 0 if _is_met(summary.counts, output.thresholds) else 1
 
 

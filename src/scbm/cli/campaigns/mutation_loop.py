@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cli.output.terminal import errors
 from scbm.closing.mutants.survivors import Survivors
+from scbm.model import InputError
 from scbm.reports import counted
 from scbm.testing.mutants import MutantResult, MutantStatus
 
@@ -58,14 +59,12 @@ class MutationLoop:
                 if self._options.limits is not None and any(map(_is_open, self._results)):
                     self._decide(keeper, show)
             except KeyboardInterrupt:
-                done = counted(len(self._results), "mutant")
-                lost = f"interrupted after {done}, which are lost; `--store FILE` keeps results"
-                if keeper is not None:
-                    errors().line(f"scbm: {self._interrupted(keeper)}")
-                elif self._results:
-                    errors().line(f"scbm: {lost}")
-                else:
-                    errors().line(f"scbm: {BEFORE_FIRST}")
+                errors().line(f"scbm: {self._interrupted(keeper)}")
+                raise
+            except InputError:
+                if keeper is not None and keeper.added:
+                    kept = f"{self._options.store} has {counted(len(keeper.added), 'result')} of this command"
+                    errors().line(f"scbm: {kept}; once it can be written again, the same command goes on")
                 raise
         if keeper is not None:
             self.kept = f"{self._options.store}: {self._kept(keeper)}"
@@ -100,9 +99,11 @@ class MutationLoop:
         survivors: Survivors | None = None
         limits = self._options.limits
         assert limits is not None  # noqa: S101 - the caller has checked it
+        count, compared = sum(map(_is_open, self._results)), 0
         for place, result in enumerate(self._results):
-            show(f"comparing {result.mutant.name}")
             if _is_open(result):
+                compared += 1
+                show(f"comparing {compared} of {counted(count, 'mutant')} that no case killed: {result.mutant.name}")
                 decided = None if keeper is None else keeper.decided(result)
                 if decided is None:
                     survivors = survivors or Survivors(self._suite.model, limits, show)
@@ -112,15 +113,18 @@ class MutationLoop:
                 self._results[place] = decided
             self._decided = place + 1
 
-    def _interrupted(self, keeper: MutantKeeper) -> str:
+    def _interrupted(self, keeper: MutantKeeper | None) -> str:
         """What was done before an interruption, in words."""
         if not self._results:
-            return f"{BEFORE_FIRST}; {self._options.store} has {keeper.known_in_words}"
+            has = "" if keeper is None else f"; {self._options.store} has {keeper.known_in_words}"
+            return f"{BEFORE_FIRST}{has}"
         done, count = len(self._results), len(self.work.mutants)
         what = f"ran the cases on {done} of {counted(count, 'mutant')}"
         if done == count:
             open_ones = sum(map(_is_open, self._results[self._decided :]))
             what = f"ran the cases on {counted(count, 'mutant')}, and {open_ones} of them are not compared yet"
+        if keeper is None:
+            return f"interrupted: {what}; these results are lost: `--store FILE` keeps results"
         return f"interrupted: {what}; {self._options.store} has these results, and the same command goes on"
 
     def _kept(self, keeper: MutantKeeper) -> str:
