@@ -12,7 +12,7 @@ from scbm.store import combine_stores
 
 
 def command(
-    stores: Annotated[list[Path], typer.Argument(metavar="STORES", help="Coverage stores.", show_default=False)],
+    stores: Annotated[list[Path], typer.Argument(metavar="STORE...", help="Coverage stores.", show_default=False)],
     *,
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="The store to write; it may be one of them.")

@@ -133,7 +133,8 @@ Begin with these commands:
 
 {commands}
 `scbm test` reports which parts of the model the cases have exercised. `scbm close` generates the missing cases, or
-proves that there are none. `scbm explain model.yaml OBLIGATION` says why one is not covered, and `scbm mutate
-model.yaml cases` which changes of the model the cases would not notice. `scbm schema > scbm.schema.json` helps editors
-to complete keys.
+proves that there are none. `scbm explain model.yaml OBLIGATION` says why one is not covered. `scbm mutate
+model.yaml cases --store mutants.db` shows which changes of the model the cases would not notice; that takes up to
+some minutes, and the same command goes on after Ctrl-C. `scbm schema > scbm.schema.json` helps editors to complete
+keys.
 """

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 _NEW_FILE_MODE = 0o666
 """The permissions of a new file before the umask of the process is applied, as for `open`."""
 
+_SQLITE = b"SQLite format 3\0"
+"""How a database of SQLite begins."""
+
 
 class FileWriter:
     """Writes the output files of one command, and refuses to overwrite the files that the command reads."""
@@ -65,8 +68,9 @@ class FileWriter:
         given = {option: path for option, path in files.items() if path is not None}
         opened = {option: path for option, path in stores.items() if path is not None}
         wrong = list(self._clashes(given | opened))
+        clashing = [each.place.file for each in wrong]
         for option, path in given.items():
-            wrong += _unwritable(option, path, _file_problems)
+            wrong += _unwritable(option, path, _file_problems) if option not in clashing else ()
         for option, paths in directories.items():
             wrong += dict.fromkeys(each for path in paths for each in _unwritable(option, path, _directory_problems))
         if wrong:
@@ -120,7 +124,7 @@ class FileWriter:
             InputError: a file is an input, or is there and not to be overwritten, and then nothing is written; or a
                 file cannot be written.
         """
-        changed = {path: text.encode() for path, text in files.items() if not _has(path, text)}
+        changed = {path: text.encode() for path, text in files.items() if not has_text(path, text)}
         self.refuse_clashes({str(path): path for path in changed})
         if not overwrite:
             _refuse_existing(changed)
@@ -156,10 +160,17 @@ def _file_problems(path: Path) -> Iterator[tuple[str, str]]:
         yield f"cannot write {path}: permission denied", "name another file"
     elif path.exists() and not path.is_file():
         return  # a pipe or a terminal
+    elif path.exists() and _is_database(path):
+        yield f"{path} is a database, such as a coverage store", "write to another file"
     elif not parent.is_dir():
         yield f"there is no directory {path.parent}", "name another, or make it"
     elif not os.access(parent, os.W_OK):
         yield f"cannot write into {path.parent}: permission denied", "name another directory"
+
+
+def _is_database(path: Path) -> bool:
+    with open_input(path) as stream:
+        return stream.read(len(_SQLITE)) == _SQLITE
 
 
 def _directory_problems(path: Path) -> Iterator[tuple[str, str]]:
@@ -229,7 +240,7 @@ def _refuse_existing(paths: Iterable[Path]) -> None:
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(str(path)), remedy) for path in existing])
 
 
-def _has(path: Path, text: str) -> bool:
+def has_text(path: Path, text: str) -> bool:
     """Return whether the file has exactly this text."""
     try:
         with open_input(path) as stream:

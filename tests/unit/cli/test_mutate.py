@@ -255,6 +255,28 @@ def test_witnesses_that_are_there_are_not_written_again(scbm: Scbm, gate: Path) 
     assert (scbm(*arguments).code, scbm(*arguments).code) == (0, 0)
 
 
+def test_witnesses_that_were_edited_stay_as_they_are(scbm: Scbm, gate: Path) -> None:
+    saved = gate.with_name("witnesses")
+    arguments = ("mutate", gate, gate.with_name("late.yaml"), "--witnesses", saved)
+    assert scbm(*arguments).code == 0
+    first = min(saved.iterdir())
+    first.write_text(f"{first.read_text()}# seen\n", encoding="utf-8")
+    ran = scbm(*arguments)
+    assert ran.code == 0
+    assert f"left as they are, with other content: {first.name}\n" in ran.err
+    assert first.read_text().endswith("# seen\n")
+
+
+def test_no_output_replaces_a_store(scbm: Scbm, gate: Path) -> None:
+    late, store = gate.with_name("late.yaml"), gate.with_name("cov.db")
+    assert scbm("test", gate, late, "--store", store).code == 0
+    before = store.read_bytes()
+    for option in ("--html", "--sarif"):
+        ran = scbm("mutate", gate, late, option, store)
+        assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{option}: error[bad-option]"])
+    assert store.read_bytes() == before
+
+
 # --since
 
 

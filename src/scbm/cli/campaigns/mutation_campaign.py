@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from os.path import lexists
 from typing import TYPE_CHECKING
 
 from scbm.cli.campaigns.mutation_loop import BEFORE_FIRST, MutationLoop
@@ -11,6 +12,7 @@ from scbm.cli.main import sigterm_as_interrupt
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.files import load_located, read_file, suggestion
+from scbm.files.file_writer import has_text
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
@@ -200,8 +202,11 @@ def _save_witnesses(summary: MutationSummary, suite: Suite, directory: Path) -> 
     for case, lines in summary.passing_witnesses:
         comments[case.name] += ["passes on these mutants, until it has an expectation that they break:", *lines]
     texts = case_texts([(cases[name], comments[name]) for name in cases], directory, suite.model, suite.file)
-    suite.writer.write_all(texts, overwrite=False)
-    errors().line(f"Written: {counted(len(texts), 'witness', 'witnesses')} in {directory}")
+    edited = [path for path, text in texts.items() if lexists(path) and not has_text(path, text)]
+    suite.writer.write_all({path: text for path, text in texts.items() if path not in edited}, overwrite=False)
+    written = counted(len(texts) - len(edited), "witness", "witnesses")
+    left = f"; left as they are, with other content: {', '.join(path.name for path in edited)}" if edited else ""
+    errors().line(f"Written: {written} in {directory}{left}")
 
 
 def _no_case(suite: Suite, failing: Sequence[str]) -> Diagnostic:

@@ -66,9 +66,9 @@ def record_suite(suite: Suite, mode: RecordingMode, *, shows: bool) -> tuple[Sui
         return suite, {}
     completed = (suite.work.case(position) for position in range(1, len(suite.written) + 1))
     found = recordings_of(Tester(suite.model), zip(suite.written, completed, strict=True), mode)
+    write_recordings(found)
     if shows:
         results().lines(_lines(found, mode))
-    write_recordings(found)
     return replace(suite, written=tuple(each.written for each in found)), {"recording": _as_json(found)}
 
 

@@ -22,7 +22,7 @@ def command(
     model: Model,
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="NAME", help="The resources; all, if none is named.", show_default=False),
+        typer.Argument(metavar="NAME...", help="The resources; all, if none is named.", show_default=False),
     ] = None,
     *,
     seed: Annotated[

@@ -42,6 +42,8 @@ def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
         percent = _percent(number)
         if kind not in (*KINDS, COVERABLE, LIFTED, ASSERTED):
             remedy = suggestion(kind, [*KINDS, COVERABLE, LIFTED, ASSERTED], "kinds are")
+            if kind == "mutants":
+                remedy = "`scbm mutate` has the threshold of mutants; write `asserted=90` for what the cases notice"
             place = Place(FAIL_UNDER, 1, 1, max(1, len(kind)))
             wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind}`", place, remedy, text))
         elif percent is None:

@@ -14,7 +14,7 @@ FAIL_UNDER = "--fail-under"
 Model = Annotated[Path, typer.Argument(help="The model file.", show_default=False)]
 Files = Annotated[
     list[Path] | None,
-    typer.Argument(metavar="CASES", help="Case files, and directories of them.", show_default=False),
+    typer.Argument(metavar="CASES...", help="Case files, and directories of them.", show_default=False),
 ]
 Cases = Annotated[
     int | None,
