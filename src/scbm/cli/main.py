@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import atexit
 import codecs
+import gc
 import os
 import signal
 import sys
@@ -65,15 +66,39 @@ _ASCII_FORMS = "scbm-ascii-forms"
 
 def main() -> None:
     """Run `scbm`; exit with 0 good, 1 the tests failed, 2 the input is wrong, 3 a fault of scbm itself."""
+    _suspend_garbage_collection()
     restore = _leave_on_interrupt()
+
+    def begin() -> None:
+        _resume_garbage_collection()
+        restore()
+
     try:
         with _leaving_on_sigterm(sys.argv[1:]):
-            code = _run(sys.argv[1:], restore)
+            code = _run(sys.argv[1:], begin)
     except KeyboardInterrupt:
         code = INTERRUPTED
     finally:
+        gc.enable()
         restore()
     sys.exit(code)
+
+
+def _suspend_garbage_collection() -> None:
+    """Search for no cycles of unused objects while modules are imported, nor at the end of the process.
+
+    Modules make many objects and drop no cycles. At the end the operating system takes back all memory at once.
+    """
+    gc.disable()
+    atexit.unregister(gc.freeze)
+    atexit.register(gc.freeze)
+
+
+def _resume_garbage_collection() -> None:
+    """Search for cycles of unused objects again, except among the objects of the imported modules."""
+    if not gc.get_freeze_count():  # once for each process
+        gc.freeze()
+    gc.enable()
 
 
 def _run(arguments: list[str], begin: Callable[[], None]) -> int:

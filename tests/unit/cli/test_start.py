@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import signal
 import subprocess
@@ -91,6 +92,30 @@ def test_packages_that_import_their_names_late_export_all_of_them() -> None:
     code += "for p in packages: print(p.__name__, len([getattr(p, name) for name in p.__all__]) == len(p.__all__) > 0)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True)
     assert done.stdout.splitlines() == [f"{name} True" for name in LATE]
+
+
+def test_garbage_is_collected_only_while_a_verb_works(
+    scbm: Callable[..., Ran], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[bool] = []
+
+    def run_verb(_: list[str], begin: Callable[[], None]) -> int:
+        seen.append(gc.isenabled())
+        begin()
+        seen.append(gc.isenabled())
+        return 0
+
+    monkeypatch.setattr("scbm.cli.application.run_verb", run_verb)
+    assert scbm("check").code == 0
+    assert seen == [False, True]
+
+
+def test_no_garbage_is_collected_at_the_end_of_a_process() -> None:
+    code = "import atexit, gc\natexit.register(lambda: print(gc.get_freeze_count() > 0))\n"
+    code += "from scbm.cli.main import main\nmain()"
+    command = [sys.executable, "-c", code, "--version"]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines()[1:] == ["True"]
 
 
 def test_the_help_shows_whole_sentences(scbm: Callable[..., Ran]) -> None:
