@@ -186,7 +186,7 @@ def shared_closings(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPa
     if "own_closings" not in request.fixturenames:
         monkeypatch.setattr("scbm.cli.close.Closer", SharedCloser)
         monkeypatch.setattr("scbm.cli.explain.Closer", SharedCloser)
-        monkeypatch.setattr("scbm.closing.certificate_files.check_certificate", shared_flaws)
+        monkeypatch.setattr("scbm.proofcheck.check_certificate", shared_flaws)
 
 
 @pytest.fixture

@@ -21,11 +21,9 @@ from scbm.cli.output.terminal import activity_display, errors, results, write_js
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificate
 from scbm.closing.closing_files import ClosingFiles, refuse_output, write_output
-from scbm.closing.closing_json import closing_json
 from scbm.closing.decisions import FailedCase, FoundFault, consequences_of_force, failed_cases, found_faults
 from scbm.closing.proved_statuses import with_waivers
-from scbm.closing.requirements.requirement_closer import RequirementCloser
-from scbm.files import add_goals, load_model, suggestion
+from scbm.files import load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
@@ -88,6 +86,8 @@ def command(
     result = asked.close()
     goals = _SuggestedGoals.chosen(result.closing, write or ())
     if goals.new:
+        from scbm.files import add_goals  # noqa: PLC0415 - the round trip of YAML, which most commands do not need
+
         add_goals(asked.file, [(name, goal, None) for name, goal in goals.new.items()])
         result = asked.close()
     output = None
@@ -96,6 +96,8 @@ def command(
         output = write_output(result.closing, out, asked.file, paths)
     failed, found = result.failed(output), result.found(output)
     if json:
+        from scbm.closing.closing_json import closing_json  # noqa: PLC0415 - only what is asked for is loaded
+
         write_json(closing_json(result.closing, output) | _json(output, failed, found, goals))
     else:
         consequences = consequences_of_force(result.closing, lambda name: result.again(name, output))
@@ -145,6 +147,8 @@ class _CloseRequest:
             show(f"exploring {model.name}")
             closing = Closer(model, self.limits, show, executor).close(campaign, one_case_each=self.one_case_each)
             if self.requirements and not closing.is_interrupted:
+                from scbm.closing.requirements.requirement_closer import RequirementCloser  # noqa: PLC0415 - few closings do
+
                 decisions = RequirementCloser(model, self.limits, show).decide(campaign, closing)
                 closing = replace(closing, requirements=decisions)
         return _CloseResult(self, suite, campaign, with_waivers(closing, waivers))

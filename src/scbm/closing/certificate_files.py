@@ -15,7 +15,7 @@ from scbm.closing.proof_reasons import REASONS_SUFFIX, read_reasons
 from scbm.closing.proved_statuses import assumed_by
 from scbm.files import digest_of, open_input, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.proofcheck import RunsArgument, check_certificate, read_certificate_file
+from scbm.proofcheck import RunsArgument
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -179,6 +179,8 @@ def _start(path: Path) -> str:
 
 def open_certificate(path: Path) -> CertificateFile:
     """Return the certificate in a file. Raises `InputError` if it or its reasons cannot be read, or are none."""
+    from scbm.proofcheck import read_certificate_file  # noqa: PLC0415 - the checker, which few commands need
+
     text = _read(path)
     certificate, model_file = read_certificate_file(text, str(path))
     model_path = None if model_file is None else normalised(path.parent / model_file)
@@ -211,6 +213,8 @@ def check_file(file: CertificateFile, model: BehaviorModel) -> CheckedCertificat
     """Check a certificate against a model."""
     if file.certificate.digest != digest_of(model):
         return CheckedCertificate(file, is_of_this_model=False)
+    from scbm.proofcheck import check_certificate  # noqa: PLC0415 - as above
+
     flaws = check_certificate(file.certificate, model)
     assumed = () if flaws else assumed_by([file.certificate], model)
     return CheckedCertificate(file, is_of_this_model=True, flaws=flaws, assumptions=assumed)

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING
 from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_path_in, normalised
 from scbm.closing.proof_reasons import REASONS_SUFFIX, is_reasons_text, reasons_text
 from scbm.closing.summaries import in_few_words
-from scbm.files import FileWriter, open_case, open_input, write_case
+from scbm.files import FileWriter, open_input
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
 from scbm.planning import planner_of_random_runs
-from scbm.proofcheck import certificate_text
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -73,6 +72,8 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
         InputError: a file cannot be written, or a file of the same name exists that closing did not write, or wrote for
             another model. In the last two cases nothing is written.
     """
+    from scbm.proofcheck import certificate_text  # noqa: PLC0415 - the formats of files, which few closings write
+
     written = (*closing.cases, *closing.counterexamples)
     cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in written}
     certificates = {name: directory / _CERTIFICATES / f"{name}{SUFFIX}" for name, _ in closing.certificates}
@@ -92,6 +93,8 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
 
 
 def _case_text(made: ClosingCase, model: BehaviorModel, model_file: Path, directory: Path) -> str:
+    from scbm.files import write_case  # noqa: PLC0415 - as above
+
     shown = _seen_from(directory / _CASES, model_file)
     return write_case(_recorded_case(made, model), model, shown, tuple(_comment(made, model)))
 
@@ -170,6 +173,8 @@ def _model_in(path: Path) -> Path | None:
         path = path.with_suffix(SUFFIX)
     if path.suffix == SUFFIX:
         return model_path_in(_text_of(path, _SNIFFED_BYTES) or "", path)
+    from scbm.files import open_case  # noqa: PLC0415 - as above
+
     named = open_case(path).model_path
     return None if named is None else normalised(named)
 

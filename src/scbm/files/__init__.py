@@ -4,41 +4,52 @@
 `codec` the keys. This package alone imports `ruamel.yaml` and `lark`. It never prints and never runs anything.
 """
 
-from scbm.files.codec.case_files import (
-    CaseDocument,
-    is_case_text,
-    is_model_text,
-    open_case,
-    read_case,
-    read_network,
-    write_case,
-    write_network,
-)
-from scbm.files.codec.model_files import (
-    Places,
-    count_entries,
-    digest_of,
-    load_bindings,
-    load_located,
-    load_model,
-    load_waivers,
-    read_bindings,
-    read_located,
-    read_model,
-    read_waivers,
-    write_model,
-    write_operation,
-    write_waivers,
-)
-from scbm.files.file_writer import FileWriter
-from scbm.files.goal_editing import add_goals, with_goals
-from scbm.files.input_file import open_input
-from scbm.files.key_reference import bindings_schema, case_schema, model_schema, part_schema, waivers_schema
-from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
-from scbm.files.language.quantities import parse_duration, parse_share
-from scbm.files.language.scope import Scope, Where
-from scbm.files.spelling import nearest, suggestion
-from scbm.files.yaml.text_files import read_file
+from typing import TYPE_CHECKING
+
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.files.codec.case_files import (
+        CaseDocument,
+        is_case_text,
+        is_model_text,
+        open_case,
+        read_case,
+        read_network,
+        write_case,
+        write_network,
+    )
+    from scbm.files.codec.model_files import (
+        Places,
+        count_entries,
+        digest_of,
+        load_bindings,
+        load_located,
+        load_model,
+        load_waivers,
+        read_bindings,
+        read_located,
+        read_model,
+        read_waivers,
+        write_model,
+        write_operation,
+        write_waivers,
+    )
+    from scbm.files.file_writer import FileWriter
+    from scbm.files.goal_editing import add_goals, with_goals
+    from scbm.files.input_file import open_input
+    from scbm.files.key_reference import bindings_schema, case_schema, model_schema, part_schema, waivers_schema
+    from scbm.files.language.expressions import (
+        parse_action,
+        parse_predicate,
+        parse_requirement,
+        parse_state,
+        parse_value,
+    )
+    from scbm.files.language.quantities import parse_duration, parse_share
+    from scbm.files.language.scope import Scope, Where
+    from scbm.files.spelling import nearest, suggestion
+    from scbm.files.yaml.text_files import read_file
 
 __all__ = [
     "CaseDocument",
@@ -85,3 +96,25 @@ __all__ = [
     "write_operation",
     "write_waivers",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "codec.case_files": (
+            "CaseDocument is_case_text is_model_text open_case read_case read_network write_case write_network"
+        ),
+        "codec.model_files": (
+            "Places count_entries digest_of load_bindings load_located load_model load_waivers read_bindings "
+            "read_located read_model read_waivers write_model write_operation write_waivers"
+        ),
+        "file_writer": "FileWriter",
+        "goal_editing": "add_goals with_goals",
+        "input_file": "open_input",
+        "key_reference": "bindings_schema case_schema model_schema part_schema waivers_schema",
+        "language.expressions": "parse_action parse_predicate parse_requirement parse_state parse_value",
+        "language.quantities": "parse_duration parse_share",
+        "language.scope": "Scope Where",
+        "spelling": "nearest suggestion",
+        "yaml.text_files": "read_file",
+    },
+)

@@ -24,8 +24,6 @@ from scbm.planning.plan_answers import (
     raise_if_cancelled,
 )
 from scbm.planning.searches import SearchEntry, SearchRequest
-from scbm.planning.searches.dense_search import DenseSearch
-from scbm.planning.searches.informed_search import InformedSearch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -186,6 +184,18 @@ def _has_spent_expansions(answer: Answer) -> bool:
     return isinstance(answer, LimitReached) and answer.limit is Limit.EXPANSIONS
 
 
+def _dense_search(system: ReducedSystem, goal: NormalForm) -> PlanSearch:
+    from scbm.planning.searches.dense_search import DenseSearch  # noqa: PLC0415 - few problems need an engine
+
+    return DenseSearch(system, goal)
+
+
+def _suits_dense_search(system: ReducedSystem, limits: PlanLimits) -> bool:
+    from scbm.planning.searches.dense_search import DenseSearch  # noqa: PLC0415 - as above
+
+    return DenseSearch.suits(system, limits)
+
+
 def _array_search(system: ReducedSystem, goal: NormalForm) -> PlanSearch:
     # It loads numpy, which takes longer than all other packages together, and few problems need it.
     from scbm.planning.searches.array_search import ArraySearch  # noqa: PLC0415
@@ -193,14 +203,26 @@ def _array_search(system: ReducedSystem, goal: NormalForm) -> PlanSearch:
     return ArraySearch(system, goal)
 
 
+def _informed_search(system: ReducedSystem, goal: NormalForm) -> PlanSearch:
+    from scbm.planning.searches.informed_search import InformedSearch  # noqa: PLC0415 - as above
+
+    return InformedSearch(system, goal)
+
+
+def _suits_informed_search(system: ReducedSystem, limits: PlanLimits) -> bool:
+    from scbm.planning.searches.informed_search import InformedSearch  # noqa: PLC0415 - as above
+
+    return InformedSearch.suits(system, limits)
+
+
 def _suits_all(_: ReducedSystem, __: PlanLimits) -> bool:
     return True
 
 
 SEARCHES: dict[str, SearchEntry] = {
-    "dense": SearchEntry(DenseSearch.suits, DenseSearch),
+    "dense": SearchEntry(_suits_dense_search, _dense_search),
     "arrays": SearchEntry(_suits_all, _array_search),
-    "informed": SearchEntry(InformedSearch.suits, InformedSearch),
+    "informed": SearchEntry(_suits_informed_search, _informed_search),
 }
 """The engines by name. The first one that suits a problem searches for its plan; at its limit the next one does."""
 

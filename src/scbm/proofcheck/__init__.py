@@ -4,20 +4,30 @@ The checker imports `scbm.model` and nothing else of `scbm`: neither the runner,
 finds proofs.
 """
 
-from scbm.proofcheck.certificate import (
-    Argument,
-    Awaits,
-    Certificate,
-    CertificateFlaw,
-    Fact,
-    GoalRuns,
-    RunsArgument,
-    Situation,
-    StructureArgument,
-    ValuesArgument,
-)
-from scbm.proofcheck.certificate_arguments import check_certificate
-from scbm.proofcheck.certificate_json import FORMAT_VERSION, certificate_text, read_certificate, read_certificate_file
+from typing import TYPE_CHECKING
+
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.proofcheck.certificate import (
+        Argument,
+        Awaits,
+        Certificate,
+        CertificateFlaw,
+        Fact,
+        GoalRuns,
+        RunsArgument,
+        Situation,
+        StructureArgument,
+        ValuesArgument,
+    )
+    from scbm.proofcheck.certificate_arguments import check_certificate
+    from scbm.proofcheck.certificate_json import (
+        FORMAT_VERSION,
+        certificate_text,
+        read_certificate,
+        read_certificate_file,
+    )
 
 __all__ = [
     "FORMAT_VERSION",
@@ -36,3 +46,15 @@ __all__ = [
     "read_certificate",
     "read_certificate_file",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "certificate": (
+            "Argument Awaits Certificate CertificateFlaw Fact GoalRuns RunsArgument Situation "
+            "StructureArgument ValuesArgument"
+        ),
+        "certificate_arguments": "check_certificate",
+        "certificate_json": "FORMAT_VERSION certificate_text read_certificate read_certificate_file",
+    },
+)

@@ -4,27 +4,32 @@ A caller passes events, each with its time, and gets effects and the next deadli
 packages that drive it (simulation, nodes) nor the planner: a request for a plan is an effect.
 """
 
-from scbm.running.events import (
-    AskPlan,
-    CancelRequest,
-    ChangeResource,
-    Effect,
-    Event,
-    GoalGiven,
-    InjectionGiven,
-    Measured,
-    PlanAnswered,
-    PlanStatus,
-    ReplyArrived,
-    RunFinished,
-    RunnerOptions,
-    SendRequest,
-    TimePassed,
-    records_of,
-)
-from scbm.running.micro_steps import describe_cycle
-from scbm.running.program import Program
-from scbm.running.runner import Runner
+from typing import TYPE_CHECKING
+
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.running.events import (
+        AskPlan,
+        CancelRequest,
+        ChangeResource,
+        Effect,
+        Event,
+        GoalGiven,
+        InjectionGiven,
+        Measured,
+        PlanAnswered,
+        PlanStatus,
+        ReplyArrived,
+        RunFinished,
+        RunnerOptions,
+        SendRequest,
+        TimePassed,
+        records_of,
+    )
+    from scbm.running.micro_steps import describe_cycle
+    from scbm.running.program import Program
+    from scbm.running.runner import Runner
 
 __all__ = [
     "AskPlan",
@@ -47,3 +52,16 @@ __all__ = [
     "describe_cycle",
     "records_of",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "events": (
+            "AskPlan CancelRequest ChangeResource Effect Event GoalGiven InjectionGiven Measured PlanAnswered "
+            "PlanStatus ReplyArrived RunFinished RunnerOptions SendRequest TimePassed records_of"
+        ),
+        "micro_steps": "describe_cycle",
+        "program": "Program",
+        "runner": "Runner",
+    },
+)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.files import read_file
 from scbm.files.file_writer import replace_file
-from scbm.files.record_editing import with_record
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.recorded_results import RecordedDifference, differences_of_record, is_same_planner
 
@@ -158,4 +157,6 @@ def _kept(found: Sequence[RecordedGoal], old: Sequence[RecordedGoal]) -> tuple[R
 def _edited(path: Path, recorded: RecordedRun | None, model: BehaviorModel) -> str:
     if recorded is None:
         raise AssertionError("only a case with a result is recorded")
+    from scbm.files.record_editing import with_record  # noqa: PLC0415 - few campaigns change case files
+
     return with_record(read_file(path), str(path), recorded, model)

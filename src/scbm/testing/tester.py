@@ -12,13 +12,10 @@ from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import (
     PlanReceived,
     ResourceChanged,
-    RunSpans,
     Trace,
     connection_sentence,
     ranges_of_goals,
     sentence_of,
-    spans_of,
-    trace_digest,
 )
 from scbm.model import PlanSet
 from scbm.planning import (
@@ -50,7 +47,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.cases import Case, EnvironmentChange, Reaction, RecordedGoal
-    from scbm.cases.trace import Record, Sentence
+    from scbm.cases.trace import Record, RunSpans, Sentence
     from scbm.model import BehaviorModel, PlannerIdentity, Predicate, Value
     from scbm.nodes.log.event_log import EventLog
     from scbm.planning import Answer, PlanLimits, Planner, PlanSource
@@ -109,6 +106,8 @@ class Execution:
     @property
     def spans(self) -> RunSpans:
         """The spans of operations, requests, plans and faults in the run."""
+        from scbm.cases.trace import spans_of  # noqa: PLC0415 - few runs are shown
+
         held = {each.name: each.hold_ns for each in self.case.injections if each.hold_ns is not None}
         return spans_of(self.trace.records, self.ended_ns, held)
 
@@ -127,6 +126,8 @@ class Execution:
     @property
     def digest(self) -> str:
         """The digest of the trace."""
+        from scbm.cases.trace import trace_digest  # noqa: PLC0415 - few runs are recorded
+
         return trace_digest(self.trace)
 
     @property

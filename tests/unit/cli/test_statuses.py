@@ -272,7 +272,7 @@ def test_a_store_checks_certificates_again_after_an_upgrade(
     monkeypatch.setattr("scbm.cli.options.status_options.__version__", "9.9.9")
     assert scbm("report", stored, "--fail-under", "coverable=100").code == 0
     flaws = (CertificateFlaw("switch/failed", "an input can do it"),)
-    monkeypatch.setattr("scbm.cli.options.status_options.check_certificate", lambda *_: flaws)
+    monkeypatch.setattr("scbm.proofcheck.check_certificate", lambda *_: flaws)
     ran = scbm("report", stored, "--fail-under", "coverable=100")
     assert ran.code == 1
     assert "an input can do it; after an upgrade of scbm, see" in " ".join(ran.out.split())

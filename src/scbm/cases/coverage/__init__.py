@@ -3,47 +3,52 @@
 This package reads traces and counts; it runs nothing and prints nothing.
 """
 
-from scbm.cases.coverage.instance_folds import InstanceFolds
-from scbm.cases.coverage.lifted_statuses import (
-    LiftedStatus,
-    LiftedStatuses,
-    ObjectListVisits,
-    first_missed,
-    instances_of,
-)
-from scbm.cases.coverage.obligations import (
-    ASSERTED,
-    COVERABLE,
-    KINDS,
-    LIFTED,
-    STATE_ASPECTS,
-    Aspect,
-    Figure,
-    Obligation,
-    Obligations,
-    Threshold,
-)
-from scbm.cases.coverage.set_cover import Cover, smallest_cover
-from scbm.cases.coverage.statuses import (
-    Decision,
-    ObligationStatus,
-    Statuses,
-    StatusProof,
-    WaiverReview,
-    count_statuses,
-    coverable_figure,
-    status_counts_in_words,
-)
-from scbm.cases.coverage.visits import (
-    Coverage,
-    GrowthStep,
-    Unnamed,
-    bits_of,
-    growth,
-    only_by,
-    visited_by,
-    visitors_of_each,
-)
+from typing import TYPE_CHECKING
+
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.cases.coverage.instance_folds import InstanceFolds
+    from scbm.cases.coverage.lifted_statuses import (
+        LiftedStatus,
+        LiftedStatuses,
+        ObjectListVisits,
+        first_missed,
+        instances_of,
+    )
+    from scbm.cases.coverage.obligations import (
+        ASSERTED,
+        COVERABLE,
+        KINDS,
+        LIFTED,
+        STATE_ASPECTS,
+        Aspect,
+        Figure,
+        Obligation,
+        Obligations,
+        Threshold,
+    )
+    from scbm.cases.coverage.set_cover import Cover, smallest_cover
+    from scbm.cases.coverage.statuses import (
+        Decision,
+        ObligationStatus,
+        Statuses,
+        StatusProof,
+        WaiverReview,
+        count_statuses,
+        coverable_figure,
+        status_counts_in_words,
+    )
+    from scbm.cases.coverage.visits import (
+        Coverage,
+        GrowthStep,
+        Unnamed,
+        bits_of,
+        growth,
+        only_by,
+        visited_by,
+        visitors_of_each,
+    )
 
 __all__ = [
     "ASSERTED",
@@ -81,3 +86,18 @@ __all__ = [
     "visited_by",
     "visitors_of_each",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "instance_folds": "InstanceFolds",
+        "lifted_statuses": "LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of",
+        "obligations": "ASSERTED COVERABLE KINDS LIFTED STATE_ASPECTS Aspect Figure Obligation Obligations Threshold",
+        "set_cover": "Cover smallest_cover",
+        "statuses": (
+            "Decision ObligationStatus Statuses StatusProof WaiverReview count_statuses coverable_figure "
+            "status_counts_in_words"
+        ),
+        "visits": "Coverage GrowthStep Unnamed bits_of growth only_by visited_by visitors_of_each",
+    },
+)

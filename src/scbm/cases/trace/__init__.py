@@ -5,56 +5,61 @@ interpreted here alone: `spans` says how long things lasted and how they ended, 
 record, and each record has its `severity`. The terminal, Perfetto, MCAP and the HTML page draw these.
 """
 
-from scbm.cases.trace.records import (
-    AutomaticTaken,
-    BecameCurrent,
-    Changes,
-    End,
-    InjectionApplied,
-    MeasurementReceived,
-    MeasurementRefused,
-    MessageDisturbed,
-    OperationStepped,
-    PlanAsked,
-    PlanDropped,
-    PlanReceived,
-    PutBack,
-    Record,
-    RecordSeverity,
-    ReplyDropped,
-    ReplyReceived,
-    RequestCancelled,
-    RequestSent,
-    ResourceChanged,
-    RunEnded,
-    RunStarted,
-    Trace,
-    ends_of,
-    ranges_of_goals,
-    run_end,
-    state_after,
-)
-from scbm.cases.trace.sentences import (
-    Sentence,
-    assignments,
-    connection_sentence,
-    differing,
-    fate_of,
-    fault_in,
-    sentence_of,
-)
-from scbm.cases.trace.spans import (
-    FaultSpan,
-    OperationSpan,
-    PlanningSpan,
-    PlanSpan,
-    RequestOutcome,
-    RequestSpan,
-    RunSpans,
-    Span,
-    spans_of,
-)
-from scbm.cases.trace.trace_text import FORMAT_VERSION, read_trace, records_json, trace_digest, write_trace
+from typing import TYPE_CHECKING
+
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.cases.trace.records import (
+        AutomaticTaken,
+        BecameCurrent,
+        Changes,
+        End,
+        InjectionApplied,
+        MeasurementReceived,
+        MeasurementRefused,
+        MessageDisturbed,
+        OperationStepped,
+        PlanAsked,
+        PlanDropped,
+        PlanReceived,
+        PutBack,
+        Record,
+        RecordSeverity,
+        ReplyDropped,
+        ReplyReceived,
+        RequestCancelled,
+        RequestSent,
+        ResourceChanged,
+        RunEnded,
+        RunStarted,
+        Trace,
+        ends_of,
+        ranges_of_goals,
+        run_end,
+        state_after,
+    )
+    from scbm.cases.trace.sentences import (
+        Sentence,
+        assignments,
+        connection_sentence,
+        differing,
+        fate_of,
+        fault_in,
+        sentence_of,
+    )
+    from scbm.cases.trace.spans import (
+        FaultSpan,
+        OperationSpan,
+        PlanningSpan,
+        PlanSpan,
+        RequestOutcome,
+        RequestSpan,
+        RunSpans,
+        Span,
+        spans_of,
+    )
+    from scbm.cases.trace.trace_text import FORMAT_VERSION, read_trace, records_json, trace_digest, write_trace
 
 __all__ = [
     "FORMAT_VERSION",
@@ -106,3 +111,18 @@ __all__ = [
     "trace_digest",
     "write_trace",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "records": (
+            "AutomaticTaken BecameCurrent Changes End InjectionApplied MeasurementReceived MeasurementRefused "
+            "MessageDisturbed OperationStepped PlanAsked PlanDropped PlanReceived PutBack Record "
+            "RecordSeverity ReplyDropped ReplyReceived RequestCancelled RequestSent ResourceChanged RunEnded "
+            "RunStarted Trace ends_of ranges_of_goals run_end state_after"
+        ),
+        "sentences": "Sentence assignments connection_sentence differing fate_of fault_in sentence_of",
+        "spans": "FaultSpan OperationSpan PlanningSpan PlanSpan RequestOutcome RequestSpan RunSpans Span spans_of",
+        "trace_text": "FORMAT_VERSION read_trace records_json trace_digest write_trace",
+    },
+)

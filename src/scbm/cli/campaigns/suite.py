@@ -13,7 +13,7 @@ from scbm.files import FileWriter, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
-from scbm.testing import Campaign, RandomCases, WrittenCase, load_suite
+from scbm.testing import Campaign, RandomCases
 from scbm.testing.batches.campaign_runs import run_campaign
 from scbm.testing.batches.campaign_work import CampaignWork, drawn_name
 from scbm.testing.planner_override import planner_of_replay
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel, Requirement
+    from scbm.testing import WrittenCase
     from scbm.testing.batches.campaign_runs import Executor
 
 
@@ -78,7 +79,7 @@ class Suite:
     ) -> Suite:
         """Read the case files. Raise `InputError` with all their errors."""
         numbers = range(1, random + 1)
-        written = load_suite(paths, model)
+        written = _read_cases(paths, model)
         suite = Suite(model, file, paths, written, random, seed, numbers=numbers, planner_option=planner_option)
         suite.refuse_equal_names()
         return suite
@@ -235,3 +236,11 @@ class Suite:
         limit = [] if self.time_limit_ns is None else [("--time-limit", format_duration(self.time_limit_ns))]
         options = [*limit, *(("--require", str(requirement.sentence)) for requirement in self.requirements)]
         return "".join(f" {option} {quote(value)}" for option, value in options)
+
+
+def _read_cases(paths: Sequence[Path], model: BehaviorModel) -> tuple[WrittenCase, ...]:
+    if not paths:
+        return ()
+    from scbm.testing import load_suite  # noqa: PLC0415 - the keys of case files, which many suites do not need
+
+    return load_suite(paths, model)

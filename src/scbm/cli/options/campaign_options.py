@@ -17,7 +17,6 @@ from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports.figure_table import shown_path
 from scbm.reports.status_lines import united_in_words
 from scbm.testing.batches.campaign_runs import InProcess
-from scbm.testing.mutants.asserted_obligations import NO_MUTANTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -112,6 +111,8 @@ def meets_thresholds(
 
 
 def _unasserted_sentence(threshold: Threshold, evidence: AssertionEvidence | None) -> str:
+    from scbm.testing.mutants import NO_MUTANTS  # noqa: PLC0415 - only stores have results of mutants
+
     wanted = f"{FAIL_UNDER} {ASSERTED}={threshold.percent:g} cannot be met."
     if evidence is None or evidence.found is None:
         why = NO_MUTANTS if evidence is None else evidence.why_none

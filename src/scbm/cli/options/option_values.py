@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Network
 from scbm.cli.options.option_errors import option_error
-from scbm.files import Scope, parse_duration, parse_predicate, parse_requirement, parse_state, read_network, suggestion
+from scbm.files import Scope, parse_duration, parse_predicate, parse_requirement, parse_state, suggestion
 from scbm.model import Diagnostic, InputError, Place, Requirement, Slug
 
 if TYPE_CHECKING:
@@ -73,7 +73,11 @@ def read_faults(text: str | None, model: BehaviorModel) -> Network | None:
     """Return the network of `--network`; `None` for `drawn`. Raise `InputError`."""
     if text is None:
         return Network()
-    return None if text.strip() == DRAWN else read_network(text, model, file="--network")
+    if text.strip() == DRAWN:
+        return None
+    from scbm.files import read_network  # noqa: PLC0415 - the keys of case files, which few runs need
+
+    return read_network(text, model, file="--network")
 
 
 def allowed_state(state: State, model: BehaviorModel) -> State:

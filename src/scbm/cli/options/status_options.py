@@ -21,7 +21,6 @@ from scbm.closing.current_date import today
 from scbm.closing.proved_statuses import StatusEvidence
 from scbm.files import load_waivers
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
-from scbm.proofcheck import check_certificate, read_certificate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -124,6 +123,8 @@ def _why_ignored(stored: StoredCertificate, model: BehaviorModel) -> str:
         return "it is for another version of the model"
     if stored.checked_by == __version__:
         return ""
+    from scbm.proofcheck import check_certificate, read_certificate  # noqa: PLC0415 - few stores need the checker
+
     flaws = check_certificate(read_certificate(stored.text, stored.name), model)
     return f"{flaws[0]}; {UPGRADED}" if flaws else ""
 

@@ -15,9 +15,7 @@ from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
 from scbm.files.expansion.lifted_digest import read_object_lists
-from scbm.files.expansion.parts import expand_parts
-from scbm.files.expansion.stages import expand
-from scbm.files.expansion.waiver_stage import expand_waivers_file
+from scbm.files.expansion.stages import expand, expand_parts
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_writer import dump
@@ -240,6 +238,8 @@ def _read_waivers(text: str, model: BehaviorModel, file: str) -> tuple[tuple[Wai
     document, _, report = read_tree(text, file, "waivers", "waivers begin with `waivers_of: <name of the model>`")
     named = document.get("waivers_of")
     if named is not None and named.text == model.name:
+        from scbm.files.expansion.waiver_stage import expand_waivers_file  # noqa: PLC0415 - few models have waivers
+
         document = expand_waivers_file(document, model, report)
     check_shape(document, report, WaiversKeys, WAIVERS_OWNERS)
     waivers = WaiversKeys(document, ValueReader(report, Scope.of(model))).read(model)

@@ -18,6 +18,7 @@ from scbm.files.expansion.lifted_entries import (
 )
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
+from scbm.files.expansion.stage_keys import LIFTED_SECTIONS
 from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
 from scbm.files.language.entry_names import name_fault
 from scbm.files.yaml.instance_names import InstanceNames
@@ -41,36 +42,16 @@ if TYPE_CHECKING:
 _INDEXED = ("variables", "resources", "operations")
 """The sections whose names have an index that predicates and actions use."""
 
-_SECTIONS: dict[str, NodeKind | None] = {
-    "variables": None,
-    "resources": None,
-    "operations": None,
-    "automatic_transitions": None,
-    "environment": None,
-    "goals": "predicate",
-    "requirements": "requirement",
-}
-"""The sections whose entries can have parameters, and what an entry is if it is no mapping."""
+_KINDS: dict[str, NodeKind] = {"goals": "predicate", "requirements": "requirement"}
+"""What an entry of a section is if it is no mapping."""
 
 _GUARDS = ("pre", "guard", "g")
 """The keys of guards: a conjunct that reads no variable excludes choices as `where` does."""
 
 
 def expand_objects(document: YamlNode, report: ErrorCollector) -> YamlNode:
-    """Return the tree without types, tables and parameters; the same tree if it has none."""
-    if not _has_objects(document):
-        return document
+    """Return the tree without types, tables and parameters."""
     return _ObjectStage(document, report).expanded()
-
-
-def _has_objects(document: YamlNode) -> bool:
-    if "types" in document.items or "tables" in document.items:
-        return True
-    for section in _SECTIONS:
-        for entry in entries_of(document.items[section]) if section in document.items else ():
-            if "[" in entry.key or "where" in entry.node.items:
-                return True
-    return False
 
 
 @dataclass(slots=True)
@@ -102,8 +83,9 @@ class _ObjectStage:
     def expanded(self) -> YamlNode:
         self._report.name_instances(lambda: InstanceNames(objects=frozenset(self._facts.places)))
         self._refuse_clashes()
-        for section, kind in _SECTIONS.items():
+        for section in LIFTED_SECTIONS:
             node = self._document.get(section)
+            kind = _KINDS.get(section)
             if node is not None and isinstance(node.plain, dict):
                 self._entries[section] = [
                     lifted for entry in entries_of(node) if (lifted := self._lifted(section, entry, kind)) is not None

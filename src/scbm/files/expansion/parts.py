@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mapping_node, with_entries
 from scbm.files.expansion.part_files import SHARED_SECTIONS, PartFile, PartFiles
 from scbm.files.expansion.part_names import NAMED_SECTIONS, DeclaredNames, PartCopy, head_of
+from scbm.files.expansion.stage_keys import PART_KEYS_OF_MODELS
 from scbm.files.expansion.static_facts import QUANTIFIERS
 from scbm.files.language.entry_names import name_fault
 from scbm.files.language.grammar import keywords
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import Place
 
-_STAGE_KEYS = ("include", "parts")
 USE_KEYS = ("use", "with")
 """The keys of a use of a part."""
 _REQUIRED = ("variables", "operations")
@@ -42,9 +42,7 @@ _MAX_USES = 1_000
 
 
 def expand_parts(document: YamlNode, report: ErrorCollector) -> YamlNode:
-    """Return the tree of a model with what it includes and with its parts; the same tree if it has neither."""
-    if not any(key in document.items for key in _STAGE_KEYS):
-        return document
+    """Return the tree of a model with what it includes and with its parts."""
     file = Path(document.place.file)
     expansion = _Expansion(PartFiles(file, report), report)
     return expansion.whole(document, (file.resolve(),), file)
@@ -86,7 +84,7 @@ class _Expansion:
             file: its path, as it is shown.
         """
         used = [*self._included(document, users, file), *self._parts(document, users, file)]
-        own: dict[str, MappingEntry] = {e.key: e for e in entries_of(document) if e.key not in _STAGE_KEYS}
+        own: dict[str, MappingEntry] = {e.key: e for e in entries_of(document) if e.key not in PART_KEYS_OF_MODELS}
         for section in _SECTIONS:
             united = self._united(section, used, own.get(section), document.place)
             if united is not None:

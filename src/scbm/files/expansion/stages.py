@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from scbm.files.expansion.handshakes import expand_handshakes
-from scbm.files.expansion.object_stage import expand_objects
-from scbm.files.expansion.parts import expand_parts
-from scbm.files.expansion.waiver_stage import expand_waivers
+from scbm.files.expansion.stage_keys import has_objects, has_parts
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,6 +18,25 @@ if TYPE_CHECKING:
 
     It notes what it cannot expand. It must not change the nodes of the tree: an alias brings the node of its anchor.
     """
+
+
+def expand_parts(document: YamlNode, report: ErrorCollector) -> YamlNode:
+    """Return the tree of a model with what it includes and with its parts; the same tree if it has neither."""
+    if not has_parts(document):
+        return document
+    from scbm.files.expansion.parts import expand_parts as expand  # noqa: PLC0415 - few models have parts
+
+    return expand(document, report)
+
+
+def expand_objects(document: YamlNode, report: ErrorCollector) -> YamlNode:
+    """Return the tree without types, tables and parameters; the same tree if it has none."""
+    if not has_objects(document):
+        return document
+    from scbm.files.expansion.object_stage import expand_objects as expand  # noqa: PLC0415 - few models have objects
+
+    return expand(document, report)
+
 
 _AFTER_PARTS: tuple[Stage, ...] = (expand_objects, expand_handshakes)
 """The stages after that of parts, since parts have objects; handshakes last, as they name ground resources."""
@@ -47,5 +64,8 @@ def expand(document: YamlNode, report: ErrorCollector) -> ExpandedFile:
     lifted = ground = expand_parts(document, report)
     for stage in _AFTER_PARTS:
         ground = stage(ground, report)
-    ground = expand_waivers(lifted, ground, report)
+    if ground.get("waivers") is not None:
+        from scbm.files.expansion.waiver_stage import expand_waivers  # noqa: PLC0415 - few models have waivers
+
+        ground = expand_waivers(lifted, ground, report)
     return ExpandedFile(lifted, ground)

@@ -3,10 +3,15 @@
 The same choices give the same trace, byte for byte. Nothing here reads a clock, and nothing sleeps.
 """
 
-from scbm.running.simulation.default_reactions import DrawnReactions, PlainReactions, typical_ns
-from scbm.running.simulation.environment_moves import DrawnMoves, RecordedMoves
-from scbm.running.simulation.free_choices import Choices, MessageKind, Reactions, leave_nothing_open
-from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError, UnplannedError
+from typing import TYPE_CHECKING
+
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.running.simulation.default_reactions import DrawnReactions, PlainReactions, typical_ns
+    from scbm.running.simulation.environment_moves import DrawnMoves, RecordedMoves
+    from scbm.running.simulation.free_choices import Choices, MessageKind, Reactions, leave_nothing_open
+    from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError, UnplannedError
 
 __all__ = [
     "Choices",
@@ -23,3 +28,13 @@ __all__ = [
     "leave_nothing_open",
     "typical_ns",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "default_reactions": "DrawnReactions PlainReactions typical_ns",
+        "environment_moves": "DrawnMoves RecordedMoves",
+        "free_choices": "Choices MessageKind Reactions leave_nothing_open",
+        "simulator": "Simulated Simulator TooLongError UnplannedError",
+    },
+)

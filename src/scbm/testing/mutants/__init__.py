@@ -3,19 +3,24 @@
 A mutation operator is a class and an entry in `MUTATIONS`.
 """
 
-from scbm.testing.mutants.asserted_obligations import (
-    NO_MUTANTS,
-    AssertedObligation,
-    AssertedObligations,
-    Assertion,
-    AssertionEvidence,
-    MutantNotice,
-)
-from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
-from scbm.testing.mutants.mutant_results import MutantCounts, MutantResult, MutantStatus
-from scbm.testing.mutants.mutation import Mutation
-from scbm.testing.mutants.mutation_runs import MutantUnderTest, MutationRuns
-from scbm.testing.mutants.mutations import MUTATIONS, OPERATORS_VERSION, mutants_of
+from typing import TYPE_CHECKING
+
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.testing.mutants.asserted_obligations import (
+        NO_MUTANTS,
+        AssertedObligation,
+        AssertedObligations,
+        Assertion,
+        AssertionEvidence,
+        MutantNotice,
+    )
+    from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
+    from scbm.testing.mutants.mutant_results import MutantCounts, MutantResult, MutantStatus
+    from scbm.testing.mutants.mutation import Mutation
+    from scbm.testing.mutants.mutation_runs import MutantUnderTest, MutationRuns
+    from scbm.testing.mutants.mutations import MUTATIONS, OPERATORS_VERSION, mutants_of
 
 __all__ = [
     "MUTATIONS",
@@ -37,3 +42,17 @@ __all__ = [
     "SubjectKind",
     "mutants_of",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "asserted_obligations": (
+            "NO_MUTANTS AssertedObligation AssertedObligations Assertion AssertionEvidence MutantNotice"
+        ),
+        "mutant": "Mutant MutatedPart SubjectKind",
+        "mutant_results": "MutantCounts MutantResult MutantStatus",
+        "mutation": "Mutation",
+        "mutation_runs": "MutantUnderTest MutationRuns",
+        "mutations": "MUTATIONS OPERATORS_VERSION mutants_of",
+    },
+)
