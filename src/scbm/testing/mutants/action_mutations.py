@@ -12,7 +12,7 @@ from scbm.testing.mutants.model_parts import clean_up_of, planned_actions_of, ti
 from scbm.testing.mutants.mutant import Mutant, SubjectKind
 from scbm.testing.mutants.mutation import Mutation, line_of
 from scbm.testing.mutants.predicate_edits import after
-from scbm.testing.mutants.term_edits import can_meet, other_calculations, other_constants
+from scbm.testing.mutants.term_edits import can_meet, other_calculations, other_constants, replaced
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,7 +36,7 @@ class DropAction(Mutation):
     def without_one(self, part: ActionsPart) -> Iterator[Mutant]:
         """Yield a mutant without each action of a part."""
         for index, action in enumerate(part.value):
-            yield self.of_part(part, f"drop:{action}", (*part.value[:index], *part.value[index + 1 :]))
+            yield self.of_part(part, f"drop:{action}", replaced(part.value, index))
 
 
 class DropCleanUp(DropAction):
@@ -66,7 +66,7 @@ class OtherActionValue(Mutation):
         for part in chain(planned_actions_of(model), clean_up_of(model)):
             for index, action in enumerate(part.value):
                 for other in other_actions(action, model.running_space):
-                    changed = (*part.value[:index], other, *part.value[index + 1 :])
+                    changed = replaced(part.value, index, other)
                     yield self.of_part(part, f"value:{other}", changed, f"{action} → {other}")
 
 
@@ -103,7 +103,7 @@ class MoveAction(Mutation):
         for index, action in enumerate(old.value):
             if space[action.target].role is Role.PLAN_STATE:
                 continue
-            kept = (*old.value[:index], *old.value[index + 1 :])
+            kept = replaced(old.value, index)
             grown = (*new.value, action)
             a, ar = (kept, grown) if source == "a" else (grown, kept)
             yield Mutant(
@@ -136,7 +136,7 @@ class OtherTrigger(Mutation):
                     free = [name for name in after(action.target, triggers) if name not in assigned]
                     for name in free[:1]:
                         other = replace(action, target=name)
-                        changed = (*part.value[:index], other, *part.value[index + 1 :])
+                        changed = replaced(part.value, index, other)
                         yield self.of_part(part, f"trigger:{other}", changed, f"{action} → {other}")
 
 

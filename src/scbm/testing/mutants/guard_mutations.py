@@ -12,11 +12,12 @@ from scbm.testing.mutants.mutant import Mutant
 from scbm.testing.mutants.mutation import Mutation, line_of
 from scbm.testing.mutants.predicate_edits import (
     conjuncts_of,
-    negated,
     other_thresholds,
     other_values,
     other_variables,
+    with_negated_conjuncts,
     with_other_leaf,
+    without_conjuncts,
 )
 
 if TYPE_CHECKING:
@@ -37,9 +38,7 @@ class DropConjunct(Mutation):
     def mutants(self, model: BehaviorModel) -> Iterator[Mutant]:
         """Yield a mutant for each conjunct of each guard."""
         for guard in guards_of(model):
-            conjuncts = conjuncts_of(guard.value)
-            for index, conjunct in enumerate(conjuncts):
-                kept = conjunction((*conjuncts[:index], *conjuncts[index + 1 :]))
+            for conjunct, kept in without_conjuncts(guard.value):
                 yield self.of_part(guard, f"drop:{conjunct}", kept)
 
 
@@ -53,11 +52,8 @@ class NegateConjunct(Mutation):
     def mutants(self, model: BehaviorModel) -> Iterator[Mutant]:
         """Yield a mutant for each conjunct of each guard."""
         for guard in guards_of(model):
-            conjuncts = conjuncts_of(guard.value)
-            for index, conjunct in enumerate(conjuncts):
-                opposite = negated(conjunct)
-                changed = conjunction((*conjuncts[:index], opposite, *conjuncts[index + 1 :]))
-                yield self.of_part(guard, f"negate:{conjunct}", changed, f"{conjunct} → {opposite}")
+            for each in with_negated_conjuncts(guard.value):
+                yield self.of_part(guard, f"negate:{each.old}", each.whole, f"{each.old} → {each.new}")
 
 
 class ComparisonMutation(Mutation):
@@ -132,9 +128,7 @@ class MoveConjunct(Mutation):
 
     def _moved(self, part: TransitionPart, source: str, target: str) -> Iterator[Mutant]:
         old, new = part.guard(source), part.guard(target)
-        conjuncts = conjuncts_of(old.value)
-        for index, conjunct in enumerate(conjuncts):
-            kept = conjunction((*conjuncts[:index], *conjuncts[index + 1 :]))
+        for conjunct, kept in without_conjuncts(old.value):
             grown = conjunction((*conjuncts_of(new.value), conjunct))
             g, gr = (kept, grown) if source == "g" else (grown, kept)
             yield Mutant(

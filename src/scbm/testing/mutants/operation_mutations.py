@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from scbm.model import Constant, Equal, Member, NotEqual, Reference
@@ -12,6 +11,7 @@ from scbm.testing.mutants.model_parts import with_known_waivers
 from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
 from scbm.testing.mutants.mutation import Mutation, body_of
 from scbm.testing.mutants.predicate_edits import comparisons_of
+from scbm.testing.mutants.term_edits import replaced, with_swapped_neighbours
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -33,7 +33,7 @@ class DropOperation(Mutation):
         for index, operation in enumerate(model.operations):
             if len(model.operations) == 1 or any(owner != operation.name for owner in named_by[operation.name]):
                 continue
-            kept = (*model.operations[:index], *model.operations[index + 1 :])
+            kept = replaced(model.operations, index)
             yield Mutant(
                 name=f"{operation.name}/drop",
                 operator=self.name,
@@ -57,8 +57,7 @@ class SwapOperations(Mutation):
 
     def mutants(self, model: BehaviorModel) -> Iterator[Mutant]:
         """Yield a mutant for each pair of neighbours."""
-        all_of_them = model.operations
-        for index, (first, second) in enumerate(pairwise(all_of_them)):
+        for first, second, changed in with_swapped_neighbours(model.operations):
             yield Mutant(
                 name=f"{first.name}/swap:{second.name}",
                 operator=self.name,
@@ -69,7 +68,7 @@ class SwapOperations(Mutation):
                 before=f"operations: {first.name}, {second.name}",
                 after=f"operations: {second.name}, {first.name}",
                 change=f"after {second.name} instead of before",
-                model=replace(model, operations=(*all_of_them[:index], second, first, *all_of_them[index + 2 :])),
+                model=replace(model, operations=changed),
             )
 
 

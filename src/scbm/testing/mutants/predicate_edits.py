@@ -21,9 +21,10 @@ from scbm.model import (
     Term,
     Truth,
     ValueKind,
+    conjunction,
 )
 from scbm.model.predicates import TRUE, calculates
-from scbm.testing.mutants.term_edits import can_meet, other_constants, with_other_part
+from scbm.testing.mutants.term_edits import can_meet, other_constants, replaced, with_other_part
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -44,11 +45,11 @@ _OPPOSITE = {
 
 
 class ChangedPredicate(NamedTuple):
-    """A predicate in which one comparison was changed.
+    """A predicate in which one comparison, or one conjunct, was changed.
 
     Attributes:
-        old: the comparison before.
-        new: the comparison in its place.
+        old: the comparison or conjunct before.
+        new: the one in its place.
         whole: the whole predicate afterwards.
     """
 
@@ -66,6 +67,21 @@ def conjuncts_of(predicate: Predicate) -> tuple[Predicate, ...]:
     if isinstance(predicate, And):
         return tuple(part for operand in predicate.operands for part in conjuncts_of(operand))
     return () if predicate == TRUE else (predicate,)
+
+
+def without_conjuncts(predicate: Predicate) -> Iterator[tuple[Predicate, Predicate]]:
+    """Yield each conjunct of a predicate, and the predicate without that conjunct."""
+    conjuncts = conjuncts_of(predicate)
+    for index, conjunct in enumerate(conjuncts):
+        yield conjunct, conjunction(replaced(conjuncts, index))
+
+
+def with_negated_conjuncts(predicate: Predicate) -> Iterator[ChangedPredicate]:
+    """Yield the predicate with one conjunct negated, for each conjunct."""
+    conjuncts = conjuncts_of(predicate)
+    for index, conjunct in enumerate(conjuncts):
+        opposite = negated(conjunct)
+        yield ChangedPredicate(conjunct, opposite, conjunction(replaced(conjuncts, index, opposite)))
 
 
 def negated(predicate: Predicate) -> Predicate:
@@ -128,7 +144,7 @@ def _with_other_operand(
 ) -> Iterator[tuple[ChangedPredicate, tuple[Predicate, ...]]]:
     for index, operand in enumerate(operands):
         for each in with_other_leaf(operand, edit):
-            yield each, (*operands[:index], each.whole, *operands[index + 1 :])
+            yield each, replaced(operands, index, each.whole)
 
 
 def other_values(leaf: Leaf, space: StateSpace) -> Iterator[Leaf]:
@@ -142,7 +158,7 @@ def other_values(leaf: Leaf, space: StateSpace) -> Iterator[Leaf]:
             listed = [member.constant for member in members]
             for index, member in enumerate(members):
                 for value in _next_value(member, space[variable.name].domain.values, listed):
-                    yield Member(variable, (*members[:index], value, *members[index + 1 :]))
+                    yield Member(variable, replaced(members, index, value))
         case _:
             return
 

@@ -1,8 +1,9 @@
-"""Small changes of sums, `min` and `max`: another constant, another variable, another sign."""
+"""Small changes of sums, `min` and `max`: another constant, another variable, another sign; and of any tuples."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, assert_never
+from itertools import pairwise
+from typing import TYPE_CHECKING, TypeVar, assert_never
 
 from scbm.model import Constant, Extreme, ExtremeKind, Reference, Sum
 from scbm.model.predicates import bounds
@@ -15,6 +16,20 @@ if TYPE_CHECKING:
     TermEdit = Callable[[Term], Iterable[Term]]
 
 
+T = TypeVar("T")
+
+
+def replaced(items: tuple[T, ...], index: int, *others: T) -> tuple[T, ...]:
+    """Return the items with `others` in place of the one at `index`; without that one if there are no others."""
+    return (*items[:index], *others, *items[index + 1 :])
+
+
+def with_swapped_neighbours(items: tuple[T, ...]) -> Iterator[tuple[T, T, tuple[T, ...]]]:
+    """Yield each pair of neighbours, and the items in which these two have changed places."""
+    for index, (first, second) in enumerate(pairwise(items)):
+        yield first, second, (*items[:index], second, first, *items[index + 2 :])
+
+
 def with_other_part(term: Term, edit: TermEdit) -> Iterator[Term]:
     """Yield the term with one variable or constant in it changed, for each of them and each change of it by `edit`."""
     match term:
@@ -23,11 +38,11 @@ def with_other_part(term: Term, edit: TermEdit) -> Iterator[Term]:
         case Sum(parts):
             for index, (sign, part) in enumerate(parts):
                 for other in with_other_part(part, edit):
-                    yield Sum((*parts[:index], (sign, other), *parts[index + 1 :]))
+                    yield Sum(replaced(parts, index, (sign, other)))
         case Extreme(kind, terms):
             for index, part in enumerate(terms):
                 for other in with_other_part(part, edit):
-                    yield Extreme(kind, (*terms[:index], other, *terms[index + 1 :]))
+                    yield Extreme(kind, replaced(terms, index, other))
         case _:
             assert_never(term)
 
@@ -48,7 +63,7 @@ def other_calculations(term: Term) -> Iterator[Term]:
         case Sum(parts):
             for index, (sign, part) in enumerate(parts):
                 if index:
-                    yield Sum.of((*parts[:index], (-sign, part), *parts[index + 1 :]))
+                    yield Sum.of(replaced(parts, index, (-sign, part)))
         case Extreme(kind, terms):
             other = ExtremeKind.GREATEST if kind is ExtremeKind.LEAST else ExtremeKind.LEAST
             yield Extreme(other, terms)

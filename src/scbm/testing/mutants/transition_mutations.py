@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from scbm.testing.mutants.model_parts import with_known_waivers, with_operation
 from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
 from scbm.testing.mutants.mutation import Mutation, body_of
+from scbm.testing.mutants.term_edits import replaced, with_swapped_neighbours
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,7 +29,7 @@ class DropTransition(Mutation):
             if operation.failed is not None:
                 yield self._without_failed(model, operation, operation.failed)
         for index, transition in enumerate(model.automatic_transitions):
-            kept = (*model.automatic_transitions[:index], *model.automatic_transitions[index + 1 :])
+            kept = replaced(model.automatic_transitions, index)
             yield Mutant(
                 name=f"automatic/{transition.name}/drop",
                 operator=self.name,
@@ -67,9 +67,7 @@ class SwapTransitions(Mutation):
 
     def mutants(self, model: BehaviorModel) -> Iterator[Mutant]:
         """Yield a mutant for each pair of neighbours."""
-        all_of_them = model.automatic_transitions
-        for index, (first, second) in enumerate(pairwise(all_of_them)):
-            changed = (*all_of_them[:index], second, first, *all_of_them[index + 2 :])
+        for first, second, changed in with_swapped_neighbours(model.automatic_transitions):
             yield Mutant(
                 name=f"automatic/{first.name}/swap:{second.name}",
                 operator=self.name,

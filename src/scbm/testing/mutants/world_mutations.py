@@ -6,12 +6,13 @@ from abc import abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scbm.model import conjunction, format_value
+from scbm.model import format_value
 from scbm.testing.mutants.action_mutations import other_actions
 from scbm.testing.mutants.model_parts import environment_actions, environment_guard
 from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
 from scbm.testing.mutants.mutation import Mutation
-from scbm.testing.mutants.predicate_edits import after, conjuncts_of, negated
+from scbm.testing.mutants.predicate_edits import after, with_negated_conjuncts, without_conjuncts
+from scbm.testing.mutants.term_edits import replaced
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -89,7 +90,7 @@ class DropRequestValue(RequestMutation):
         """Yield the request without each of its variables."""
         del model
         for index, name in enumerate(resource.request):
-            yield f"drop:{name}", (*resource.request[:index], *resource.request[index + 1 :])
+            yield f"drop:{name}", replaced(resource.request, index)
 
 
 class OtherRequestValue(RequestMutation):
@@ -104,7 +105,7 @@ class OtherRequestValue(RequestMutation):
         for index, name in enumerate(resource.request):
             following = after(name, declared) if name in declared else iter(declared)
             for other in (each for each in following if each not in resource.request):
-                yield f"{name}->{other}", (*resource.request[:index], other, *resource.request[index + 1 :])
+                yield f"{name}->{other}", replaced(resource.request, index, other)
                 break
 
 
@@ -128,7 +129,7 @@ class DropEnvironment(Mutation):
                 before=str(transition),
                 after="",
                 change="drop",
-                model=replace(model, environment=(*model.environment[:index], *model.environment[index + 1 :])),
+                model=replace(model, environment=replaced(model.environment, index)),
             )
 
 
@@ -146,13 +147,10 @@ class EnvironmentGuard(Mutation):
 
     def _of(self, model: BehaviorModel, transition: EnvironmentTransition) -> Iterator[Mutant]:
         guard = environment_guard(model, transition)
-        conjuncts = conjuncts_of(guard.value)
-        for index, conjunct in enumerate(conjuncts):
-            before, behind = conjuncts[:index], conjuncts[index + 1 :]
-            yield self.of_part(guard, f"drop:{conjunct}", conjunction((*before, *behind)))
-            opposite = negated(conjunct)
-            changed = conjunction((*before, opposite, *behind))
-            yield self.of_part(guard, f"negate:{conjunct}", changed, f"{conjunct} → {opposite}")
+        changes = zip(without_conjuncts(guard.value), with_negated_conjuncts(guard.value), strict=True)
+        for (conjunct, kept), each in changes:
+            yield self.of_part(guard, f"drop:{conjunct}", kept)
+            yield self.of_part(guard, f"negate:{conjunct}", each.whole, f"{conjunct} → {each.new}")
 
 
 class EnvironmentActions(Mutation):
@@ -167,8 +165,9 @@ class EnvironmentActions(Mutation):
         for transition in model.environment:
             part = environment_actions(model, transition)
             for index, action in enumerate(part.value):
-                before, behind = part.value[:index], part.value[index + 1 :]
-                if before or behind:
-                    yield self.of_part(part, f"drop:{action}", (*before, *behind))
+                if len(part.value) > 1:
+                    yield self.of_part(part, f"drop:{action}", replaced(part.value, index))
                 for other in other_actions(action, model.running_space):
-                    yield self.of_part(part, f"value:{other}", (*before, other, *behind), f"{action} → {other}")
+                    yield self.of_part(
+                        part, f"value:{other}", replaced(part.value, index, other), f"{action} → {other}"
+                    )
