@@ -8,9 +8,9 @@ import pytest
 
 from scbm.files import Scope, digest_of, load_model, parse_predicate
 from scbm.files.codec.binding_keys import RosKeys
-from scbm.files.codec.lifted.part_keys import PartKeys, PartParameterKeys, PartUseKeys
-from scbm.files.expansion.part_files import PARAMETER_KEYS, PART_KEYS
-from scbm.files.expansion.parts import USE_KEYS
+from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
+from scbm.files.expansion.part_files import SHARED_SECTIONS
+from scbm.files.expansion.part_names import NAMED_SECTIONS
 from scbm.model import Diagnostic, Domain, InputError, Variable
 
 MODEL = """\
@@ -373,10 +373,8 @@ def test_parts_that_multiply_are_refused_before_they_fill_the_memory(tmp_path: P
     assert found.slug == "yaml-too-large"
 
 
-def test_the_keys_are_those_that_are_declared() -> None:
-    assert list(USE_KEYS) == list(PartUseKeys.declared)
-    assert list(PARAMETER_KEYS) == list(PartParameterKeys.declared)
-    assert list(PART_KEYS) == list(PartKeys.declared)
+def test_the_sections_of_a_part_are_those_that_are_copied() -> None:
+    assert PART_KEY_NAMES.part == ("part", "parameters", "include", "parts", *SHARED_SECTIONS, *NAMED_SECTIONS)
 
 
 GUARDED = """\

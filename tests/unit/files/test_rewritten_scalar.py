@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
 from scbm.files.expansion.expanded_nodes import entries_of, list_node, mapping_node, text_node, with_entries
 from scbm.files.expansion.rewritten_scalar import Piece, PlacedScalar, RewrittenScalar
 from scbm.files.expansion.stages import expand
@@ -111,5 +112,5 @@ def test_errors_show_the_lines_of_the_file_that_they_are_in() -> None:
 def test_a_tree_with_nothing_to_expand_is_the_same_tree() -> None:
     document, source, _ = read_tree("behavior_model: cell\noperations: {go: {pre: {g: true}}}\n", "cell", "model", "")
     report = ErrorCollector(source.lines)
-    assert expand(document, report).ground is document
+    assert expand(document, report, PART_KEY_NAMES).ground is document
     assert not len(report)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.codec.binding_keys import BINDINGS_OWNERS, BindingsKeys
 from scbm.files.codec.keys import check_shape
+from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
 from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
@@ -149,7 +150,7 @@ def files_used_by(path: Path) -> tuple[Path, ...]:
     """Return the files of the parts that a model file uses, directly or in parts; none if it cannot be read."""
     try:
         document, _, report = read_tree(read_file(path), str(path), "model", _START)
-        expand_parts(document, report)
+        expand_parts(document, report, PART_KEY_NAMES)
     except InputError:
         return ()
     return tuple(map(Path, report.others))
@@ -161,7 +162,7 @@ _START = "a model begins with `behavior_model: <name>`"
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     document, source, report = read_tree(text, file, "model", _START)
-    lifted, document = expand(document, report)
+    lifted, document = expand(document, report, PART_KEY_NAMES)
     places = Places(document, source, report)
     _refuse_too_many(document, places)
     check_shape(document, report, ModelKeys, MODEL_OWNERS)

@@ -13,17 +13,12 @@ from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.model import InputError, Slug
 
 if TYPE_CHECKING:
+    from scbm.files.expansion.stage_keys import PartKeyNames
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.text_files import ErrorCollector
 
 SHARED_SECTIONS = ("types", "tables")
 """The sections of a part that get no prefix: what they declare is known everywhere."""
-
-PART_KEYS = ("part", "parameters", "include", "parts", *SHARED_SECTIONS, *NAMED_SECTIONS)
-"""The keys of a file with a part."""
-
-PARAMETER_KEYS = ("default", "help")
-"""The keys of a parameter."""
 
 LIBRARY = "scbm:"
 """Begins the name of a part of the library, such as `scbm:gripper`."""
@@ -56,10 +51,12 @@ class PartFiles:
     Attributes:
         model_file: the file of the model, as the user wrote it.
         report: where errors go.
+        keys: the keys that parts have.
     """
 
     model_file: Path
     report: ErrorCollector
+    keys: PartKeyNames
     _opened: dict[Path, PartFile | None] = field(default_factory=dict)
 
     def open(self, named: YamlNode, user: Path) -> PartFile | None:
@@ -125,8 +122,8 @@ class PartFiles:
     def _check_keys(self, document: YamlNode) -> None:
         """Note keys that a part does not have, and the missing key that identifies a part."""
         for key, place in document.key_places.items():
-            if key not in PART_KEYS:
-                remedy = suggestion(key, PART_KEYS, "the keys of a part are")
+            if key not in self.keys.part:
+                remedy = suggestion(key, self.keys.part, "the keys of a part are")
                 self.report.add(Slug.UNKNOWN_KEY, f"unknown key `{key}` in a part", place, remedy)
         if "part" not in document.items and nearest("part", document.items) is None:
             message = "`part` is missing: only parts can be used by other files"
@@ -149,8 +146,8 @@ class PartFiles:
                 self.report.add(Slug.WRONG_SHAPE, message, node.place, remedy)
                 found[name] = node  # the next error would be that each use misses a value
             for key, place in node.key_places.items():
-                if key not in PARAMETER_KEYS:
-                    remedy = suggestion(key, PARAMETER_KEYS, "the keys here are")
+                if key not in self.keys.parameter:
+                    remedy = suggestion(key, self.keys.parameter, "the keys here are")
                     self.report.add(Slug.UNKNOWN_KEY, f"unknown key `{key}` of a parameter", place, remedy)
                     found[name] = found[name] or node.items[key]
         return found

@@ -21,12 +21,11 @@ from scbm.model import Diagnostic, InputError, Slug
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from scbm.files.expansion.stage_keys import PartKeyNames
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import Place
 
-USE_KEYS = ("use", "with")
-"""The keys of a use of a part."""
 _REQUIRED = ("variables", "operations")
 """Sections that each model has; a part that cannot be used may have had them."""
 
@@ -41,10 +40,10 @@ _MAX_USES = 1_000
 """The maximum number of parts in a model, those of parts included."""
 
 
-def expand_parts(document: YamlNode, report: ErrorCollector) -> YamlNode:
+def expand_parts(document: YamlNode, report: ErrorCollector, keys: PartKeyNames) -> YamlNode:
     """Return the tree of a model with what it includes and with its parts."""
     file = Path(document.place.file)
-    expansion = _Expansion(PartFiles(file, report), report)
+    expansion = _Expansion(PartFiles(file, report, keys), report)
     return expansion.whole(document, (file.resolve(),), file)
 
 
@@ -127,8 +126,8 @@ class _Expansion:
             self.report.add(Slug.WRONG_SHAPE, f"expected a mapping under `{entry.key}`", entry.place, remedy)
             return None, {}
         for name, at in node.key_places.items():
-            if name not in USE_KEYS:
-                near = suggestion(name, USE_KEYS, "the keys here are")
+            if name not in self.files.keys.use:
+                near = suggestion(name, self.files.keys.use, "the keys here are")
                 self.report.add(Slug.UNKNOWN_KEY, f"unknown key `{name}`", at, near)
         if not _NAME.fullmatch(entry.key):
             message = f"`{entry.key}` is not a name"

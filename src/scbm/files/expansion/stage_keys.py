@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.files.expansion.expanded_nodes import entries_of
 
@@ -21,6 +21,20 @@ LIFTED_SECTIONS = (
     "requirements",
 )
 """The sections whose entries can have parameters."""
+
+
+class PartKeyNames(NamedTuple):
+    """The keys of parts and of their uses. The codec declares them, and imports the expansion.
+
+    Attributes:
+        part: the keys of a file with a part.
+        parameter: the keys of a parameter of a part.
+        use: the keys of a use of a part.
+    """
+
+    part: tuple[str, ...]
+    parameter: tuple[str, ...]
+    use: tuple[str, ...]
 
 
 def has_parts(document: YamlNode) -> bool:

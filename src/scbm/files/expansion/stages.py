@@ -10,6 +10,7 @@ from scbm.files.expansion.stage_keys import has_objects, has_parts
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from scbm.files.expansion.stage_keys import PartKeyNames
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.text_files import ErrorCollector
 
@@ -20,13 +21,13 @@ if TYPE_CHECKING:
     """
 
 
-def expand_parts(document: YamlNode, report: ErrorCollector) -> YamlNode:
+def expand_parts(document: YamlNode, report: ErrorCollector, keys: PartKeyNames) -> YamlNode:
     """Return the tree of a model with what it includes and with its parts; the same tree if it has neither."""
     if not has_parts(document):
         return document
     from scbm.files.expansion.parts import expand_parts as expand  # noqa: PLC0415 - few models have parts
 
-    return expand(document, report)
+    return expand(document, report, keys)
 
 
 def expand_objects(document: YamlNode, report: ErrorCollector) -> YamlNode:
@@ -54,14 +55,15 @@ class ExpandedFile(NamedTuple):
     ground: YamlNode
 
 
-def expand(document: YamlNode, report: ErrorCollector) -> ExpandedFile:
+def expand(document: YamlNode, report: ErrorCollector, keys: PartKeyNames) -> ExpandedFile:
     """Expand the tree of a model file.
 
     Args:
         document: the tree of the file. Its keys are not checked yet, so it can have any shape.
         report: where errors go, and the other files whose nodes the tree then contains.
+        keys: the keys of parts.
     """
-    lifted = ground = expand_parts(document, report)
+    lifted = ground = expand_parts(document, report, keys)
     for stage in _AFTER_PARTS:
         ground = stage(ground, report)
     if ground.get("waivers") is not None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.codec.key_types import NAME_NODE, Entry, MappingType, NamesType, ScalarOrListType, node_of
 from scbm.files.codec.keys import Data, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
+from scbm.files.expansion.stage_keys import PartKeyNames
 from scbm.files.yaml.document import YamlNode
 
 if TYPE_CHECKING:
@@ -107,3 +108,9 @@ class PartKeys(Keys):
     environment = _as_in_a_model()
     goals = _as_in_a_model()
     requirements = _as_in_a_model()
+
+
+PART_KEY_NAMES = PartKeyNames(
+    part=tuple(PartKeys.declared), parameter=tuple(PartParameterKeys.declared), use=tuple(PartUseKeys.declared)
+)
+"""The names of these keys, for the expansion, which checks parts before it reads their sections."""
