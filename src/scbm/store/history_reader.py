@@ -121,7 +121,7 @@ def other_models(connection: sqlite3.Connection, digest: str) -> tuple[ModelRow,
     """
     rows = connection.execute(
         "SELECT id, digest, name, text, is_current, lifted, objects, obligations_of FROM main.model"
-        " WHERE digest != ? AND digest = coalesce(obligations_of, digest) AND objects IS NOT NULL"
+        " WHERE digest != ? AND objects IS NOT NULL AND (digest = obligations_of OR is_current)"
         " ORDER BY objects, digest",
         (digest,),
     )

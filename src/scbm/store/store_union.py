@@ -50,12 +50,14 @@ class Combined:
         totals: its figures.
         dropped: for each store of an earlier version of the model, what its cases visited and does not count any more.
         apart: the stores of the same lifted model under other objects.
+        left_out: the number of cases of each store that ran under other objects on an earlier version of the model.
     """
 
     path: Path
     totals: StoreTotals
     dropped: tuple[tuple[Path, tuple[Dropped, ...]], ...]
     apart: tuple[Path, ...] = ()
+    left_out: tuple[tuple[Path, int], ...] = ()
 
     @cached_property
     def history(self) -> History:
@@ -126,7 +128,7 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
                 replace_store(united, target)
             else:
                 overwrite(united, own, target)
-    return Combined(target, totals, tuple(union.dropped), tuple(union.apart))
+    return Combined(target, totals, tuple(union.dropped), tuple(union.apart), tuple(union.left_out.items()))
 
 
 def _current(path: Path, tables: Tables) -> ModelRow:
@@ -154,11 +156,13 @@ class _Union:
     Attributes:
         dropped: as in `Combined`.
         apart: as in `Combined`.
+        left_out: as in `Combined`, by the path of the store.
     """
 
     def __init__(self, united: sqlite3.Connection, model: BehaviorModel, digest: str, *, is_across: bool) -> None:
         self.dropped: list[tuple[Path, tuple[Dropped, ...]]] = []
         self.apart: list[Path] = []
+        self.left_out: dict[Path, int] = {}
         self._united = united
         self._model = model
         self._digest = digest
@@ -180,6 +184,9 @@ class _Union:
         elif self._is_same_lifted(row):
             self._copy(store, row, None)
             self.apart += [store.path] if row is store.current else []
+        else:
+            cases = Tables(store.connection).totals().cases
+            self.left_out[store.path] = self.left_out.get(store.path, 0) + cases
 
     def _is_same_lifted(self, row: ModelRow) -> bool:
         own, other = self._model.objects, row.object_lists

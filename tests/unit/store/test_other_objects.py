@@ -248,6 +248,15 @@ def test_of_the_united_models_the_last_one_counts(tmp_path: Path) -> None:
     assert sorted(each.cases for each in combined.totals.lifted.others) == [2, 3]
 
 
+def test_the_order_of_the_other_stores_does_not_matter(tmp_path: Path) -> None:
+    one, two = add(tmp_path / "1.db", 1, ONE, 2), add(tmp_path / "2.db", 2, TWO, 3)
+    three = add(tmp_path / "3.db", 3, GATED, 1)
+    first = combine_stores([one, two, three], tmp_path / "first.db")
+    second = combine_stores([two, one, two, three], tmp_path / "second.db")
+    assert first.totals.lifted == second.totals.lifted
+    assert _rows(tmp_path / "first.db") == _rows(tmp_path / "second.db")
+
+
 def test_across_edits_ground_visits_go_over_instead(tmp_path: Path) -> None:
     one, two = add(tmp_path / "1.db", 1, ONE, 2), add(tmp_path / "2.db", 2, TWO, 3)
     combined = combine_stores([one, two], tmp_path / "all.db", across_edits=True)
@@ -268,6 +277,7 @@ def test_across_edits_of_the_domain_other_objects_are_left_out(tmp_path: Path) -
     edited = add(tmp_path / "3.db", 3, model(("g: open.d == false", "g: true")))
     combined = combine_stores([both, edited], tmp_path / "all.db", across_edits=True)
     assert combined.totals.cases == 4
+    assert combined.left_out == ((both, 2),)
     assert combined.totals.lifted is not None
     assert combined.totals.lifted.others == ()
 

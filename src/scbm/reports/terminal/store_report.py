@@ -98,6 +98,8 @@ def combined_report(combined: Combined, target: str) -> Iterator[Text]:
             yield from _dropped_lines(dropped)
         else:
             yield Text(f"{path}: of an earlier version of the model; all that it visited is unchanged")
+    for path, count in combined.left_out:
+        yield Text(f"{path}: left out: {counted(count, 'case')} with other objects, of an earlier version of the model")
     for path in combined.apart:
         yield Text(f"{path}: the same lifted model with other objects; its ground visits count for these objects")
     totals = combined.totals
@@ -130,6 +132,7 @@ def combined_json(combined: Combined, target: str) -> dict[str, Any]:
             for path, dropped in combined.dropped
             for d in dropped
         ],
+        "left_out": [{"store": str(path), "cases": count} for path, count in combined.left_out],
     }
 
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from scbm.cases.coverage import (
     LIFTED,
@@ -21,6 +25,7 @@ from scbm.cases.coverage import (
 )
 from scbm.cases.coverage.lifted_statuses import folded_decision
 from scbm.files import read_model
+from support.profiles import examples
 
 C, U, E, W, F, X = (
     Decision.COVERED,
@@ -138,3 +143,25 @@ def test_a_threshold_can_be_for_the_lifted_figure() -> None:
     assert Threshold(90, LIFTED).is_met(coverage, lifted=Figure(9, 10))
     assert not Threshold(90, LIFTED).is_met(coverage, lifted=Figure(8, 10))
     assert Threshold(90, LIFTED).figure(coverage) == coverage.figure
+
+
+@given(st.lists(st.tuples(st.integers(0), st.integers(0)), max_size=3), st.integers(0))
+@examples(60)
+def test_the_united_figure_is_that_of_the_names_without_objects(others: list[tuple[int, int]], own: int) -> None:
+    obligations = Obligations.of(MODEL)
+    everything = (1 << len(obligations.all)) - 1
+    visited = [own & everything, *(bits & everything for bits, _ in others)]
+    names = {
+        (re.sub(r"\.d\d", "", each.subject), each.aspect)
+        for bits in visited
+        for each in obligations
+        if bits & obligations.bit(each) and each.counts
+    }
+    coverage = Coverage(obligations, (("case", visited[0]),))
+    joined = [ObjectListVisits.of(MODEL, 1, bits & everything, bits & forced & everything) for bits, forced in others]
+    lifted = LiftedStatuses.of(MODEL, Statuses.of(coverage), joined)
+    assert lifted is not None
+    assert lifted.figure == Figure(len(names), 11)
+    backwards = LiftedStatuses.of(MODEL, Statuses.of(coverage), joined[::-1])
+    assert backwards is not None
+    assert backwards.counts == lifted.counts
