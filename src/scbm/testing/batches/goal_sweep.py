@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import pickle
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.planning import Planner
 from scbm.running.search_guard import plan_guarded
 from scbm.testing.batches.worker_processes import TRIAL_S, WorkerPool, core_count
@@ -58,18 +56,9 @@ class GoalSweep:
 
 
 def _in_processes(sweep: GoalSweep, count: int) -> Generator[Answer, None, None]:
-    if not sweep.goals:
-        return
-    workers = WorkerPool(_take_sweep, pickle.dumps(sweep), min(count, len(sweep.goals)))
-    try:
-        pending = [workers.submit(_plan_in_worker, index) for index in range(len(sweep.goals))]
-        for future in pending:
-            yield future.result()
-    except BrokenProcessPool:
-        message, remedy = "a worker process ended while it planned", "was the memory used up? plan with `-j 1`"
-        raise InputError([Diagnostic(Slug.WORKERS_LOST, message, Place("-j"), remedy)]) from None
-    finally:
-        workers.kill()
+    if sweep.goals:
+        workers = WorkerPool(_take_sweep, pickle.dumps(sweep), min(count, len(sweep.goals)))
+        yield from workers.results(_plan_in_worker, range(len(sweep.goals)), "planned", "plan")
 
 
 # in a worker

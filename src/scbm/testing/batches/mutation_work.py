@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import pickle
-from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.batches.worker_processes import TRIAL_S, WorkerPool, core_count
 from scbm.testing.mutants import MutantResult, MutantStatus, MutationRuns, SubjectKind, mutants_of
 from scbm.testing.tester import Tester
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
-    from concurrent.futures import Future
 
     from scbm.testing.batches.campaign_work import CampaignWork
     from scbm.testing.mutants import Mutant
@@ -90,20 +88,13 @@ class MutationWork:
 
     def _in_processes(self, first: int, count: int) -> Iterator[MutantResult]:
         workers = WorkerPool(_take_mutants, pickle.dumps(self), count)
-        try:
-            begins = range(first, len(self.mutants), _CHUNK)
-            pending: list[Future[list[_Fields]]] = [workers.submit(_run_in_worker, begin) for begin in begins]
-            for begin, future in zip(begins, pending, strict=True):
-                chunk = self.mutants[begin : begin + _CHUNK]
-                for mutant, fields in zip(chunk, future.result(), strict=True):
+        begins = range(first, len(self.mutants), _CHUNK)
+        with closing(workers.results(_run_in_worker, begins, "ran mutants", "run")) as results:
+            for begin, of_chunk in zip(begins, results, strict=True):
+                for mutant, fields in zip(self.mutants[begin : begin + _CHUNK], of_chunk, strict=True):
                     status, case, reason, runs, skipped, belongs, noticed = fields
                     result = MutantResult(mutant, status, case, reason, runs, skipped)
                     yield replace(result, belongs=belongs, noticed=noticed)
-        except BrokenProcessPool:
-            message, remedy = "a worker process ended while it ran mutants", "was the memory used up? run with `-j 1`"
-            raise InputError([Diagnostic(Slug.WORKERS_LOST, message, Place("-j"), remedy)]) from None
-        finally:
-            workers.kill()
 
 
 # in a worker

@@ -23,7 +23,7 @@ from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.batches.campaign_runs import BatchSizes, InProcess, run_batch, tester_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator
+    from collections.abc import Callable, Generator, Iterable, Iterator
 
     from scbm.testing.batches.campaign_runs import BatchPlan, BatchRequest, BatchResult
     from scbm.testing.batches.campaign_work import CampaignWork
@@ -152,6 +152,30 @@ class WorkerPool:
             failed: Future[_Result] = Future()
             failed.set_exception(error)
             return failed
+
+    def results(
+        self, function: Callable[[_Request], _Result], requests: Iterable[_Request], done: str, again: str
+    ) -> Generator[_Result, None, None]:
+        """Yield the results of all requests in their order, and then end the workers.
+
+        Args:
+            function: what a worker does with a request.
+            requests: the requests.
+            done: what workers do, in the past tense, for the message about a lost worker.
+            again: the same as an imperative, for its remedy.
+
+        Raises:
+            InputError: a worker process was lost.
+        """
+        try:
+            pending = [self.submit(function, request) for request in requests]
+            for future in pending:
+                yield future.result()
+        except BrokenProcessPool:
+            message, remedy = f"a worker process ended while it {done}", f"was the memory used up? {again} with `-j 1`"
+            raise InputError([Diagnostic(Slug.WORKERS_LOST, message, Place("-j"), remedy)]) from None
+        finally:
+            self.kill()
 
     def restart(self) -> None:
         """Start new workers in place of all others."""
