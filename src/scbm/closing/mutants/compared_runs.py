@@ -6,7 +6,9 @@ from dataclasses import replace
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from scbm.cases.trace import RunStarted, assignments, sentence_of
+from msgspec import structs
+
+from scbm.cases.trace import RequestSent, RunStarted, assignments, sentence_of
 from scbm.closing.scripts.case_search import bounded
 from scbm.files import read_case, write_case
 from scbm.model import State, format_moment
@@ -70,6 +72,16 @@ def first_difference(original: Execution, mutated: Execution, nominal: State) ->
         return f"{before} on the model, and {after} on the mutant"
     known, changed = _changes(one, other, nominal), _changes(other, one, nominal)
     return f"{before}, where the model sets {known or 'nothing else'}, and the mutant {changed or 'nothing else'}"
+
+
+def differ_only_in_payloads(original: Execution, mutated: Execution) -> bool:
+    """Return whether two runs of a case differ only in the values that requests carry."""
+    pairs = zip_longest(original.trace.records, mutated.trace.records)
+    return all(_without_payload(one) == _without_payload(other) for one, other in pairs)
+
+
+def _without_payload(record: Record | None) -> Record | None:
+    return structs.replace(record, payload=()) if isinstance(record, RequestSent) else record
 
 
 def _event(record: Record | None, nominal: State) -> str:

@@ -10,7 +10,7 @@ import pytest
 
 from conftest import Ran
 from scbm.cases import Case
-from scbm.closing.mutants.compared_runs import first_difference
+from scbm.closing.mutants.compared_runs import differ_only_in_payloads, first_difference
 from scbm.files import read_model
 from scbm.testing import Execution, Tester
 
@@ -60,6 +60,14 @@ def test_the_first_difference_has_event_time_and_values(old: str, new: str, word
     assert old in CELL
     original = run(CELL)
     assert first_difference(original, run(CELL.replace(old, new)), original.case.initial) == words
+
+
+def test_what_only_requests_carry_is_recognized() -> None:
+    carrying = CELL.replace("arm: {", "arm: {request: [light], ")
+    assert carrying != CELL
+    original = run(carrying)
+    assert differ_only_in_payloads(original, run(CELL))
+    assert not differ_only_in_payloads(original, run(carrying.replace("light <- lit", "light <- dark")))
 
 
 def test_a_run_that_ends_earlier_has_nothing_more() -> None:
