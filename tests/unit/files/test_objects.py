@@ -10,6 +10,7 @@ import pytest
 from published.plants import factory
 
 from scbm.files import digest_of, load_model, read_located, read_model, write_model
+from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.expansion.formulas import IndexedName
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.lifted_parser import LiftedParser
@@ -400,3 +401,39 @@ def test_an_error_of_many_instances_costs_little_more_than_reading_them() -> Non
         read_model(text)
     found = [(each.slug, each.place.line) for each in raised.value.diagnostics]
     assert found == [(Slug.VALUE_OUTSIDE_DOMAIN, 7), (Slug.UNKNOWN_NAME, 7)]
+
+
+LIFTED_BINDING = """resources:
+  arm[r in robot]:
+    request: [at.r]
+    measures: ["seen[r]"]
+    publishes: [near.r]
+    ros:
+      service:
+        name: /{r}/scan
+        type: {name: p/srv/S, request: {at: string, arm: string}, response: {success: bool, seen: bool}}
+        request: {at: "at[r]", arm: "{r}"}
+        measured: {seen.r: seen}
+      measured: {"near[r]": {topic: "/{r}/near", type: std_msgs/msg/Bool}}
+"""
+
+
+def test_a_binding_of_a_resource_with_parameters_names_variables_with_an_index() -> None:
+    text = HEAD.replace("  on:", "  seen[robot]: {domain: bool, initial: false}\n  near[robot]: SAME\n  on:")
+    text = text.replace("SAME", "{domain: bool, initial: false}") + LIFTED_BINDING
+    for resource, robot in zip(read_model(text).resources, ("r1", "r2"), strict=True):
+        binding = RosKeys.write(resource.binding)
+        assert binding["service"]["name"] == f"/{robot}/scan"
+        assert binding["service"]["request"] == {"at": f"at.{robot}", "arm": robot}
+        assert binding["service"]["measured"] == {f"seen.{robot}": "seen"}
+        assert [(name, each["topic"]) for name, each in binding["measured"].items()] == [
+            (f"near.{robot}", f"/{robot}/near")
+        ]
+
+
+def test_a_binding_that_names_a_variable_without_its_index_is_wrong_there() -> None:
+    text = LIFTED_BINDING.replace('"near[r]": {', "near: {").replace("seen.r: seen", "seen: seen")
+    with pytest.raises(InputError) as raised:
+        read_model(HEAD.replace("  on:", "  seen[robot]: {domain: bool, initial: false}\n  on:") + text)
+    wrong = [each.place.line for each in raised.value.diagnostics if each.slug is Slug.WRONG_INDEX]
+    assert wrong == [25]

@@ -41,6 +41,10 @@ class LiftedNames:
     symbols: frozenset[str] = frozenset()
     limit: WorkLimit = field(default_factory=WorkLimit)
 
+    def has_index(self, text: str) -> bool:
+        """Return whether a text begins with a name that has an index, and with that index."""
+        return any(text.startswith((f"{name}[", f"{name}.")) for name in self.indexed)
+
 
 class DottedIndex(NamedTuple):
     """A dotted name as a name with an index: `robot_at.r` as `robot_at` and `r`."""

@@ -29,6 +29,7 @@ from scbm.files.expansion.lifted_parser import LiftedParser
 from scbm.files.expansion.lifted_tokens import text_of
 from scbm.files.expansion.rewritten_scalar import Piece as ScalarPiece
 from scbm.files.expansion.rewritten_scalar import RewrittenScalar
+from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE
 from scbm.files.language.syntax import MAX_CHARACTERS
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
@@ -42,16 +43,17 @@ if TYPE_CHECKING:
     from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import Place
 
-NodeKind: TypeAlias = Literal["predicate", "requirement", "actions", "names", "assignments", "term", "text"]
+NodeKind: TypeAlias = Literal["predicate", "requirement", "actions", "names", "assignments", "term", "text", "binding"]
 """What stands under a key: how its texts are parsed."""
 
 KINDS: dict[str, NodeKind] = {
     **dict.fromkeys(("g", "gr", "guard", "goal"), "predicate"),
     **dict.fromkeys(("a", "ar", "timedout", "actions", "effects", "on_timeout"), "actions"),
     **dict.fromkeys(("request", "measures", "publishes", "measured"), "names"),
-    **dict.fromkeys(("name", "reason", "ros"), "text"),
+    **dict.fromkeys(("name", "reason"), "text"),
     **dict.fromkeys(("initial", "random"), "term"),
     "with": "assignments",
+    "ros": "binding",
     "requirement": "requirement",
 }
 """The keys whose texts can have parameters, wherever they stand in an entry; all others are copied."""
@@ -407,6 +409,8 @@ class TemplateMaker:
         """Return the template of a node under a key of this kind; `None` for a mapping with keys of several kinds."""
         if node.condemned:
             return CopyTemplate(node)
+        if kind == "binding":
+            return self._binding(node, "binding")
         if kind == "predicate" and not isinstance(node.plain, dict):
             return PredicateTemplate(node, self.scope, self.report)
         if isinstance(node.plain, dict):
@@ -440,6 +444,28 @@ class TemplateMaker:
                 return None
             case _:
                 return KINDS.get(key)
+
+    def _binding(self, node: YamlNode, part: str) -> NodeTemplate:
+        """Return the template of a part of a binding: some of its keys and values are names of variables."""
+        if isinstance(node.plain, dict):
+            below = BINDING_PARTS.get(part, {})
+            return MappingTemplate(
+                node,
+                [
+                    (
+                        entry,
+                        self._binding(entry.node, below.get(entry.key) or below.get("*", "words")),
+                        self._key(entry) if part in BY_VARIABLE else None,
+                    )
+                    for entry in entries_of(node)
+                ],
+            )
+        if isinstance(node.plain, list):
+            return ListTemplate(node, [self._binding(element, "words") for element in node.elements])
+        if node.text is None or node.plain is None or node.condemned:
+            return CopyTemplate(node)
+        is_variable = part == "argument" and self.scope.names.has_index(node.text)
+        return (NameTemplate if is_variable else TextTemplate)(node, self.scope, self.report)
 
     def _key(self, entry: MappingEntry) -> NodeTemplate:
         return NameTemplate(text_node(entry.key, entry.place, entry.end), self.scope, self.report)

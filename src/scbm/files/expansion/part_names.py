@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, scalar_node, with_entries
 from scbm.files.expansion.rewritten_scalar import Piece, RewrittenScalar
+from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE
 from scbm.files.language.entry_names import name_fault, reserved_names
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
@@ -40,18 +41,6 @@ _TEXT_KEYS = (
 
 _PLAIN_KEYS = ("may_end",)
 """Keys under which no names stand, wherever they are."""
-
-_BINDINGS: dict[str, dict[str, str]] = {
-    "binding": {"service": "call", "services": "choice", "measured": "readings"},
-    "call": {"request": "fields", "measured": "readings"},
-    "choice": {"*": "calls"},
-    "calls": {"*": "call"},
-    "fields": {"*": "argument"},
-}
-"""The mappings of a binding under `ros`: what stands under each of their keys, and what of it is further described."""
-
-_BY_VARIABLE = ("choice", "readings")
-"""The mappings of a binding whose keys are variables; an argument of a request may be one, too."""
 
 _TOKEN = re.compile(r"(?<!\w)(?!(?:min|max)\s*\()[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*", re.ASCII)
 """A name; `min` and `max` before a bracket are none."""
@@ -181,8 +170,8 @@ class PartCopy:
         return self._mapping(node, (self._bound_entry(entry, kind) for entry in entries_of(node)))
 
     def _bound_entry(self, entry: MappingEntry, kind: str) -> MappingEntry | None:
-        key = self._key(entry.key) if kind in _BY_VARIABLE else entry.key
-        inner = _BINDINGS.get(kind, {})
+        key = self._key(entry.key) if kind in BY_VARIABLE else entry.key
+        inner = BINDING_PARTS.get(kind, {})
         below = inner.get(entry.key) or inner.get("*", "words")
         return None if key is None else entry._replace(key=key, node=self._bound(entry.node, below))
 

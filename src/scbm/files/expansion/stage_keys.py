@@ -1,4 +1,4 @@
-"""Whether a model file has parts or objects: most files have neither, and their stages are not loaded for them."""
+"""Keys that stages share, and whether a file has parts or objects: the stages are not loaded for most files."""
 
 from __future__ import annotations
 
@@ -21,6 +21,19 @@ LIFTED_SECTIONS = (
     "requirements",
 )
 """The sections whose entries can have parameters."""
+
+
+BINDING_PARTS: dict[str, dict[str, str]] = {
+    "binding": {"service": "call", "services": "choice", "measured": "readings"},
+    "call": {"request": "fields", "measured": "readings"},
+    "choice": {"*": "calls"},
+    "calls": {"*": "call"},
+    "fields": {"*": "argument"},
+}
+"""The mappings of a binding under `ros`: what stands under each of their keys, and what of it is further described."""
+
+BY_VARIABLE = ("choice", "readings")
+"""The mappings of a binding whose keys are variables; an argument of a request may be one, too."""
 
 
 class PartKeyNames(NamedTuple):
