@@ -537,3 +537,18 @@ def test_an_empty_section_of_an_included_file_is_there(tmp_path: Path) -> None:
     part = "part: part\nvariables: {}\noperations: {}\n"
     model = load_model(written(tmp_path, cell="behavior_model: cell\ninclude: part.yaml\n", part=part))
     assert (model.variables, model.operations) == ((), ())
+
+
+def test_an_error_of_all_uses_of_a_part_is_one_error_with_the_names_of_the_part(tmp_path: Path) -> None:
+    door = DOOR.replace("leaf == open\n", "leaf == opened\n", 1).replace("initial, leaf <- closed", "initial, lef <- 1")
+    outer = "part: outer\nparts: {inner: {use: door.yaml, with: {stop: well}}}\n"
+    outer += "variables: {well: {domain: [healthy, pressed]}}\n"
+    cell = MODEL.replace("variables:\n", "  deep: {use: outer.yaml}\nvariables:\n")
+    found = found_in(written(tmp_path, cell=cell, door=door, outer=outer))
+    shown = [(Path(each.place.file).name, each.place.line, each.message.partition(" (used")[0]) for each in found]
+    assert shown == [
+        ("door.yaml", 16, "`opened` is not a value of `leaf`"),
+        ("door.yaml", 22, "there is no variable `lef`"),
+        ("outer.yaml", 3, "`initial` is missing in `well`"),
+    ]
+    assert (found[1].remedy or "").startswith("the variables are: leaf, seen, ")

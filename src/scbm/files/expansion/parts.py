@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,7 +44,13 @@ def expand_parts(document: YamlNode, report: ErrorCollector, keys: PartKeyNames)
     """Return the tree of a model with what it includes and with its parts."""
     file = Path(document.place.file)
     expansion = _Expansion(PartFiles(file, report, keys), report)
-    return expansion.whole(document, (file.resolve(),), file)
+    whole = expansion.whole(document, (file.resolve(),), file)
+    prefixes: dict[str, list[str]] = {}
+    for copied, prefix in expansion.copies:
+        if prefix:
+            prefixes.setdefault(copied, []).append(prefix)
+    report.name_copies(prefixes)
+    return whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +70,7 @@ class _Expansion:
         report: where errors go.
         uses: the number of uses of parts so far.
         nodes: the number of YAML nodes of all of these.
+        copies: the file and the prefix of each copy of a part so far.
         is_whole: whether each part could be used, with all its arguments. If not, names may be missing, and that is no
             further error.
     """
@@ -72,6 +79,7 @@ class _Expansion:
     report: ErrorCollector
     uses: int = 0
     nodes: int = 0
+    copies: list[tuple[str, str]] = field(default_factory=list)
     is_whole: bool = True
 
     def whole(self, document: YamlNode, users: tuple[Path, ...], file: Path) -> YamlNode:
@@ -191,7 +199,10 @@ class _Expansion:
     ) -> YamlNode:
         """Return a part with its own parts, its prefix and its arguments."""
         shown = Path(part.document.place.file)
+        first = len(self.copies)
         whole = self.whole(part.document, (*users, part.path), shown)
+        inner = [(file, f"{prefix}{other}") for file, other in self.copies[first:]]
+        self.copies[first:] = [*inner, (part.document.place.file, prefix)]
         self._add_to_count(whole.size, place)
         declared = DeclaredNames(whole)
         self._refuse_names(part, whole, declared)

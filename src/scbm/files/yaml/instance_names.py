@@ -1,4 +1,4 @@
-"""Names of instances in error messages: a reader of the file knows the entry with parameters that they come from."""
+"""Names in error messages as the file has them: those of entries for instances, those of parts for their copies."""
 
 from __future__ import annotations
 
@@ -12,6 +12,26 @@ if TYPE_CHECKING:
 _NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
 _LIST = re.compile(r"(?P<head>[a-z ]+: )(?P<names>[\w.]+(?:, [\w.]+)*)(?P<rest>(?:, …)?)", re.ASCII)
 """A list of known names, as `suggestion` makes it."""
+
+
+@dataclass(frozen=True, slots=True)
+class CopiedNames:
+    """The prefixes that the names of a part have in its copies.
+
+    Attributes:
+        prefixes: the prefix of each copy, such as `left.`.
+    """
+
+    prefixes: tuple[str, ...]
+
+    def in_text(self, text: str) -> str:
+        """Return a text with names as the part has them; names of transitions may begin with what they do."""
+        alternatives = "|".join(re.escape(prefix) for prefix in dict.fromkeys(self.prefixes))
+        own = re.sub(rf"(?<![\w.])(start_|complete_|fail_)?(?:{alternatives})(?=[A-Za-z_])", r"\1", text)
+        listed = _LIST.fullmatch(own)
+        if listed is None:
+            return own
+        return f"{listed['head']}{', '.join(dict.fromkeys(listed['names'].split(', ')))}{listed['rest']}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 from scbm.files.input_file import open_input
 from scbm.files.spelling import nearest
 from scbm.files.yaml.document import YamlNode, read_document
-from scbm.files.yaml.instance_names import InstanceNames
+from scbm.files.yaml.instance_names import CopiedNames, InstanceNames
 from scbm.files.yaml.source_text import SourceText
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
 
 
@@ -60,6 +60,7 @@ class ErrorCollector:
         self._folded: dict[tuple[str, int], int] = {}
         self._names: InstanceNames | None = InstanceNames()
         self._make_names: Callable[[], InstanceNames] = InstanceNames
+        self._copies: dict[str, CopiedNames] = {}
         self._warnings: dict[Diagnostic, None] = {}
 
     def fold_lines(self, first: Place, last: int, instances: int = 0) -> None:
@@ -82,6 +83,14 @@ class ErrorCollector:
         """
         self._make_names = make_names
         self._names = None
+
+    def name_copies(self, prefixes: Mapping[str, Sequence[str]]) -> None:
+        """Write names in errors about parts as the file of the part has them.
+
+        Args:
+            prefixes: by the file of a part, the prefixes of its copies.
+        """
+        self._copies = {file: CopiedNames(tuple(each)) for file, each in prefixes.items()}
 
     def add_source(self, source: SourceText, user: Place | None = None) -> None:
         """Take another file, whose lines are shown with the errors in it; its errors follow those of earlier files.
@@ -107,19 +116,17 @@ class ErrorCollector:
         """
         if self._names is None:
             self._names = self._make_names()
-        diagnostic = self._diagnostic(slug, message, place, remedy)
         instances = self._folded.get((place.file, place.line))
-        written = diagnostic.source_line or ""
-        lifted = self._names.in_text(diagnostic.message, written)
+        lifted = self._as_written(message, place, is_lifted=True)
         key = (place, slug, lifted if instances is None else self._names.without_objects(lifted))
         if key in self._found:
             self._found[key].count += 1
             return
-        shown = diagnostic.remedy
-        if instances is not None and shown is not None:
-            shown = self._names.in_text(shown, written)
-        noted = _NotedError(diagnostic, replace(diagnostic, message=lifted, remedy=shown), instances or 0)
-        self._found[key] = noted
+        shown = None if remedy is None else self._as_written(remedy, place, is_lifted=instances is not None)
+        copies = self._copies.get(place.file)
+        number = (1 if instances is None else instances) * (len(copies.prefixes) if copies is not None else 1)
+        first = self._diagnostic(slug, message, place, remedy)
+        self._found[key] = _NotedError(first, self._diagnostic(slug, lifted, place, shown), number)
         if len(self._found) >= MAX_ERRORS:
             raise self.error()
 
@@ -128,12 +135,21 @@ class ErrorCollector:
         warning = replace(self._diagnostic(slug, message, place, remedy), severity=Severity.WARNING)
         self._warnings.setdefault(warning)
 
-    def _diagnostic(self, slug: Slug, message: str, place: Place, remedy: str | None) -> Diagnostic:
+    def _as_written(self, text: str, place: Place, *, is_lifted: bool) -> str:
+        """Return a message or a remedy with names as the file has them; of entries, only with `is_lifted`."""
+        if self._names is not None and is_lifted:
+            text = self._names.in_text(text, self._source_line(place) or "")
+        copies = self._copies.get(place.file)
+        return text if copies is None else copies.in_text(text)
+
+    def _source_line(self, place: Place) -> str | None:
         lines = self._others[place.file].lines if place.file in self._others else self._source_lines
-        source_line = lines[place.line - 1] if 0 < place.line <= len(lines) else None
+        return lines[place.line - 1] if 0 < place.line <= len(lines) else None
+
+    def _diagnostic(self, slug: Slug, message: str, place: Place, remedy: str | None) -> Diagnostic:
         user = self._users.get(place.file)
         shown = _shown(message if user is None else f"{message} (used in {user.file}:{user.line})")
-        return Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, source_line)
+        return Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, self._source_line(place))
 
     def add_found(self, diagnostics: Iterable[Diagnostic]) -> None:
         """Take errors that were found in another file before it was known here."""
@@ -159,6 +175,7 @@ class ErrorCollector:
         copied._folded.update(self._folded)
         copied._names = self._names
         copied._make_names = self._make_names
+        copied._copies = self._copies
         copied._warnings.update(self._warnings)
         return copied
 
