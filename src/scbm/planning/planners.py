@@ -135,7 +135,7 @@ def _version_of_fast_downward() -> str:
 
 
 def _external(function: str, help_text: str) -> PlannerEntry:
-    return PlannerEntry("1", _fast_downward(function), help_text, True, _version_of_fast_downward)
+    return PlannerEntry("2", _fast_downward(function), help_text, True, _version_of_fast_downward)
 
 
 PLANNERS: dict[str, PlannerEntry] = {

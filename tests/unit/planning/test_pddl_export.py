@@ -173,7 +173,7 @@ class TestCounter:
         found = json.loads(scbm("plan", file, "--goal", goal, "--planner", "fast-downward", "--json").out)
         expected = json.loads(scbm("plan", file, "--goal", goal, "--json").out)
         assert (found["plan"] is None) == (expected["plan"] is None)
-        assert found["planner"]["version"].startswith("1/")
+        assert found["planner"]["version"].startswith("2/")
 
 
 RESET = """
@@ -198,4 +198,22 @@ class TestManyOldValues:
         file = tmp_path / "reset.yaml"
         file.write_text(RESET, encoding="utf-8")
         found = json.loads(scbm("plan", file, "--goal", "set", "--planner", "fast-downward-optimal", "--json").out)
+        assert found["plan"] == ["reset"]
+
+
+class TestLimitsAndGoals:
+    pytestmark = needs_fast_downward
+
+    def test_a_search_ends_at_its_time_limit(self, scbm: Callable[..., Any], tmp_path: Path) -> None:
+        file = tmp_path / "reset.yaml"
+        file.write_text(RESET, encoding="utf-8")
+        arguments = ("--goal", "set", "--planner", "fast-downward", "--max-time", "1 us", "--json")
+        found = json.loads(scbm("plan", file, *arguments).out)
+        assert (found["status"], found["plan"]) == ("limit_reached", None)
+
+    def test_an_optimal_plan_to_one_of_two_goals_is_found(self, scbm: Callable[..., Any], tmp_path: Path) -> None:
+        file = tmp_path / "reset.yaml"
+        file.write_text(RESET, encoding="utf-8")
+        goal = "(a == two && b == one) || (b == three && c == four)"
+        found = json.loads(scbm("plan", file, "--goal", goal, "--planner", "fast-downward-optimal", "--json").out)
         assert found["plan"] == ["reset"]
