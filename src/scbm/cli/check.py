@@ -117,6 +117,7 @@ def _json(diagnostic: Diagnostic) -> dict[str, Any]:
     return {
         "slug": diagnostic.slug.value,
         "message": diagnostic.message,
+        "file": diagnostic.place.file,
         "line": diagnostic.place.line,
         "column": diagnostic.place.column,
         "remedy": diagnostic.remedy,

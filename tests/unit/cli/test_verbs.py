@@ -76,6 +76,15 @@ def test_plan_numbers_its_operations(scbm: Scbm, golden: Callable[[str, str], No
     golden("plan.txt", ran.out)
 
 
+def test_an_error_in_a_part_has_its_file_in_json(scbm: Scbm, tmp_path: Path) -> None:
+    (tmp_path / "cell.yaml").write_text("behavior_model: cell\ninclude: part.yaml\n", encoding="utf-8")
+    (tmp_path / "part.yaml").write_text("part: p\nvariables: {a: {domain: 3}}\n", encoding="utf-8")
+    (report,) = json.loads(scbm("check", tmp_path / "cell.yaml", "--json").out)["models"]
+    assert [(Path(each["file"]).name, each["line"]) for each in report["errors"] if "domain" in each["message"]] == [
+        ("part.yaml", 2)
+    ]
+
+
 def test_plan_as_json(scbm: Scbm) -> None:
     ran = scbm("plan", BEFORE, "--goal", "item_a_at == agv && robot_at == box_a", "--json")
     plan = json.loads(ran.out)

@@ -552,3 +552,14 @@ def test_an_error_of_all_uses_of_a_part_is_one_error_with_the_names_of_the_part(
         ("outer.yaml", 3, "`initial` is missing in `well`"),
     ]
     assert (found[1].remedy or "").startswith("the variables are: leaf, seen, ")
+
+
+def test_a_file_that_is_no_part_is_an_error_that_names_its_use(tmp_path: Path) -> None:
+    cell = tmp_path / "cell.yaml"
+    cell.write_text("behavior_model: cell\nparts: {d: {use: other.yaml}}\n", encoding="utf-8")
+    (tmp_path / "other.yaml").write_text("behavior_model: other\n", encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        load_model(cell)
+    (first, *_) = raised.value.diagnostics
+    assert first.place.file == str(tmp_path / "other.yaml")
+    assert first.message.endswith(f"(used in {cell}:2)")

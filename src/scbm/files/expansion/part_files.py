@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -111,7 +111,8 @@ class PartFiles:
         try:
             document, source, report = read_tree(text, str(shown), "part", "a part begins with `part: <name>`")
         except InputError as error:
-            self.report.add_found(error.diagnostics)
+            used = f" (used in {named.place.file}:{named.place.line})"
+            self.report.add_found(replace(each, message=f"{each.message}{used}") for each in error.diagnostics)
             return None
         self.report.add_source(source, named.place)
         self.report.add_found(report.diagnostics)

@@ -180,7 +180,10 @@ def _unclosed_bracket(fault: _Fault) -> Diagnostic:
     index = _INDEX.match(fault.source.text, len(fault.source.text[: fault.index].rstrip(_WORD_CHARACTERS)))
     if fault.character == "[" and index is not None:
         dotted = ".".join((index[1], *(part.strip() for part in index[2].split(","))))
-        remedy = f"write `{dotted}`, or put the value into quotes: `[` begins a list here"
+        instead = f"`{dotted}`, or put the value into quotes"
+        if fault.source.text[index.end() :].lstrip(" ").startswith(":"):  # a key declares a name with its parameters
+            instead = f'`"{index[0]}"`, with quotes'
+        remedy = f"write {instead}: `[` begins a list here"
     return fault.diagnostic(f"expected `,` or `{closer}`", fault.index, remedy)
 
 
