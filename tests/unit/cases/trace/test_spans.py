@@ -34,7 +34,7 @@ from scbm.model import OperationState
 from scbm.testing import Execution, RandomCases, Tester
 
 BEFORE = load_model(Path(__file__).parents[4] / "examples" / "robot_in_the_air" / "before.yaml")
-EXECUTIONS = [Tester(BEFORE).execute(case) for case in RandomCases(BEFORE, network=None).first(20, 4)]
+EXECUTIONS = [*map(Tester(BEFORE).execute, RandomCases(BEFORE, network=None).first(20, 4))]
 INITIAL, DISABLED, EXECUTING = OperationState.INITIAL, OperationState.DISABLED, OperationState.EXECUTING
 COMPLETED, FAILED, TIMEDOUT = OperationState.COMPLETED, OperationState.FAILED, OperationState.TIMEDOUT
 SUCCEEDED, CANCELLED, UNANSWERED = RequestOutcome.SUCCEEDED, RequestOutcome.CANCELLED, RequestOutcome.UNANSWERED

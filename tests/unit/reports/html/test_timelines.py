@@ -25,6 +25,7 @@ from support.histories import EXAMPLE
 
 MODELS = Path(__file__).parents[3] / "models"
 BEFORE = load_model(EXAMPLE / "before.yaml")
+TESTER = Tester(BEFORE)
 DISTURBED = """\
 case: disturbed
 goal: item_a_delivered
@@ -112,18 +113,19 @@ def _names(record: Record) -> set[str]:
 @pytest.mark.parametrize("network", ["perfect", "drawn"])
 def test_random_cases_of_the_example_are_packed_record_by_record(network: str) -> None:
     cases = RandomCases(BEFORE) if network == "perfect" else RandomCases(BEFORE, network=None)
-    _must_be_alike(BEFORE, [Tester(BEFORE).execute(case) for case in cases.first(25, 3)])
+    _must_be_alike(BEFORE, [*map(TESTER.execute, cases.first(25, 3))])
 
 
 def test_written_cases_of_the_example_are_packed_record_by_record() -> None:
     model = load_model(EXAMPLE / "after.yaml")
-    executions = [Tester(model).execute(written.case) for written in load_suite([EXAMPLE / "cases"], model)]
+    tester = Tester(model)
+    executions = [tester.execute(written.case) for written in load_suite([EXAMPLE / "cases"], model)]
     assert len(executions) == 7
     _must_be_alike(model, executions)
 
 
 def test_injections_before_the_run_leave_no_state_and_those_in_it_are_packed() -> None:
-    execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
+    execution = TESTER.execute(read_case(DISTURBED, BEFORE))
     kinds = [record.kind for record in execution.trace.records]
     assert kinds[0] == "injection"
     assert {"put_back", "resource"} <= {*kinds}
@@ -137,11 +139,11 @@ def test_injections_before_the_run_leave_no_state_and_those_in_it_are_packed() -
 @pytest.mark.parametrize("file", sorted((MODELS / "fails_at_run").glob("*.yaml")), ids=lambda file: file.stem)
 def test_runs_that_fail_are_packed_record_by_record(file: Path) -> None:
     model = load_model(file)
-    _must_be_alike(model, [Tester(model).execute(case) for case in RandomCases(model).first(2, 1)])
+    _must_be_alike(model, [*map(Tester(model).execute, RandomCases(model).first(2, 1))])
 
 
 def test_violations_say_what_where_and_since_when() -> None:
-    execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
+    execution = TESTER.execute(read_case(DISTURBED, BEFORE))
     packed = pack_timelines(BEFORE, [execution])
     texts = _opened(packed["shared"])["texts"]
     shown = [(texts[name], *numbers, texts[why]) for name, *numbers, why in _cases(packed)[0]["violations"]]
@@ -150,7 +152,7 @@ def test_violations_say_what_where_and_since_when() -> None:
 
 
 def test_what_a_case_says_in_vain_is_reported() -> None:
-    execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
+    execution = TESTER.execute(read_case(DISTURBED, BEFORE))
     packed = pack_timelines(BEFORE, [execution])
     texts = _opened(packed["shared"])["texts"]
     assert [texts[sentence] for sentence in _cases(packed)[0]["unused"]] == [*execution.unused]
@@ -158,7 +160,7 @@ def test_what_a_case_says_in_vain_is_reported() -> None:
 
 
 def test_lanes_report_the_subject_what_became_of_it_and_who_else_took_part() -> None:
-    execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
+    execution = TESTER.execute(read_case(DISTURBED, BEFORE))
     packed = pack_timelines(BEFORE, [execution])
     lanes = {(record.kind, *record.lane) for record in _records(packed, _cases(packed)[0])}
     assert ("resource", "busy", "occupied", "robot") in lanes
@@ -177,7 +179,7 @@ def _spans(case: dict[str, Any], key: str, texts: list[str]) -> list[tuple[int, 
 
 
 def test_the_spans_of_a_run_are_packed_with_their_outcomes() -> None:
-    executions = [Tester(BEFORE).execute(case) for case in RandomCases(BEFORE, network=None).first(10, 2)]
+    executions = [*map(TESTER.execute, RandomCases(BEFORE, network=None).first(10, 2))]
     packed = pack_timelines(BEFORE, executions)
     texts = _opened(packed["shared"])["texts"]
     for execution, case in zip(executions, _cases(packed), strict=True):
@@ -202,7 +204,7 @@ def test_the_script_of_the_page_has_a_lane_for_every_kind_of_record() -> None:
 
 def test_a_case_that_cannot_be_run_again_keeps_its_place() -> None:
     case = RandomCases(BEFORE).case(1, 1)
-    run = Tester(BEFORE).execute(case)
+    run = TESTER.execute(case)
     packed = pack_timelines(BEFORE, [None, run, None])
     assert packed["cases"] == 3
     assert [case is None for case in _cases(packed)] == [True, False, True]
@@ -215,7 +217,7 @@ def test_no_cases_are_no_blocks() -> None:
 
 
 def test_each_block_can_be_opened_without_the_others() -> None:
-    executions = [Tester(BEFORE).execute(case) for case in RandomCases(BEFORE).first(130, 1)]
+    executions = [*map(TESTER.execute, RandomCases(BEFORE).first(130, 1))]
     packed = pack_timelines(BEFORE, executions)
     per_block = packed["per_block"]
     assert len(packed["blocks"]) == -(-130 // per_block)
@@ -235,7 +237,7 @@ def test_executions_are_not_kept() -> None:
     def runs() -> Iterator[Execution]:
         nonlocal most
         for case in RandomCases(BEFORE).first(70, 1):
-            run = Tester(BEFORE).execute(case)
+            run = TESTER.execute(case)
             watched = _Watched(*(getattr(run, field.name) for field in fields(run)))
             alive.append(weakref.ref(watched))
             most = max(most, sum(ref() is not None for ref in alive))
