@@ -135,8 +135,9 @@ def test_in_the_example_another_user_of_the_gripper_makes_the_robot_unmount_it()
 def test_random_cases_of_the_example_do_not_depend_on_whether_resources_are_shared() -> None:
     for name in ("before.yaml", "after.yaml"):
         model, shared = load_model(EXAMPLE / name), shared_example(name)
+        testers = Tester(shared), Tester(model)
         for case in RandomCases(model).first(10, 1):
-            assert Tester(shared).execute(case).digest == Tester(model).execute(case).digest
+            assert len({tester.execute(case).digest for tester in testers}) == 1
 
 
 SAFETY_CELL = """

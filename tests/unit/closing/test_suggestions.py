@@ -30,8 +30,7 @@ class Runs:
     def __init__(self, model: BehaviorModel, cases: int = 40) -> None:
         self.visited = 0
         self.states: list[dict[str, Value]] = []
-        for case in RandomCases(model).first(cases, seed=1):
-            execution = Tester(model).execute(case)
+        for execution in map(Tester(model).execute, RandomCases(model).first(cases, seed=1)):
             self.visited |= execution.visited
             state: dict[str, Value] = {}
             for record in execution.trace.records:

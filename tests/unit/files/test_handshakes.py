@@ -67,7 +67,7 @@ def test_the_example_of_the_paper_keeps_obligations_plans_traces_and_figures(
     assert names[0] == names[1]
     cases = list(RandomCases(long).first(12, seed=3))
     assert cases == list(RandomCases(short).first(12, seed=3))
-    runs = [[Tester(model).execute(case) for case in cases] for model in (short, long)]
+    runs = [[*map(Tester(model).execute, cases)] for model in (short, long)]
     assert [write_trace(run.trace) for run in runs[0]] == [write_trace(run.trace) for run in runs[1]]
     figures = [
         Campaign.of(model, [run.result for run in of_model]).coverage.figure

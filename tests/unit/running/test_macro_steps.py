@@ -26,7 +26,8 @@ def test_a_campaign_gives_the_traces_that_micro_steps_give(name: str, monkeypatc
     tester = Tester(model)
     traces = [tester.execute(case).trace for case in cases]
     monkeypatch.setattr("scbm.running.simulation.simulator.Runner", _MicroStepRunner)
-    assert [Tester(model).execute(case).trace for case in cases] == traces
+    tester = Tester(model)
+    assert [tester.execute(case).trace for case in cases] == traces
 
 
 CELL = """
