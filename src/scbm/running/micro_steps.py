@@ -138,6 +138,9 @@ class RunTurn(Enum):
 
 MicroStep: TypeAlias = AutomaticMove | RequestSending | RequestCancelling | OperationMove | RunTurn
 
+MemoizedSteps: TypeAlias = dict[int, tuple[MicroStep | None, bool]]
+"""For packed states the next micro-step, and whether the run ends instead if its goal holds."""
+
 _MAX_MEMOIZED = 50_000
 """Maximum number of packed states whose micro-step is memoized: some 20 MB. A campaign repeats the same states."""
 
@@ -145,7 +148,8 @@ _MAX_MEMOIZED = 50_000
 class MicroSteps:
     """The micro-steps of one program while it pursues one goal, or none.
 
-    Holds no state of any run, so all runs for this goal can share it. Memoizes results.
+    Holds no state of any run, so all runs for this goal can share it. Memoizes results. The goal decides few
+    micro-steps, so the results are shared with the other goals of the program.
 
     Attributes:
         macro_steps: the macro-steps that runners have taken so far, by the packed state and the queue before.
@@ -160,9 +164,10 @@ class MicroSteps:
             most_memoized: maximum number of packed states whose micro-step is memoized.
         """
         self._program = program
-        self._goal = goal
+        self._is_pursuing = goal is not None
+        self._goal = goal or _never
         self._aborted_mask, self._aborted_bits = program.aborted
-        self._memoized: dict[int, MicroStep | None] = {}
+        self._memoized = {} if goal is None else program.memoized_steps
         self._most_memoized = most_memoized
         self.macro_steps: dict[tuple[int, PlanQueue], MacroStep] = {}
 
@@ -174,34 +179,36 @@ class MicroSteps:
             in_flight: the resources with a pending request, in the order of their requests.
             timer_passed: whether the timer of the current operation has passed.
         """
-        # Without a timer that has passed and a request to cancel, the packed state alone decides.
+        # Without a timer that has passed and a request to cancel, the packed state and the goal alone decide.
         memoizes = not timer_passed and not (in_flight and _is_any_stale(state, in_flight))
-        if memoizes and state in self._memoized:
-            return self._memoized[state]
-        step: MicroStep | None = next_automatic(self._program, state)
-        if step is None:
-            step = self.first_not_automatic(state, in_flight, timer_passed=timer_passed)
-        if memoizes and len(self._memoized) < self._most_memoized:
-            self._memoized[state] = step
-        return step
+        known = self._memoized.get(state) if memoizes else None
+        if known is None:
+            automatic = next_automatic(self._program, state)
+            known = (automatic, False)
+            if automatic is None:
+                known = self.first_not_automatic(state, in_flight, timer_passed=timer_passed)
+            if memoizes and len(self._memoized) < self._most_memoized:
+                self._memoized[state] = known
+        step, may_end = known
+        return RunTurn.REACH_GOAL if may_end and self._goal(state) else step
 
     def first_not_automatic(
         self, state: int, in_flight: Collection[RequestLine], *, timer_passed: bool
-    ) -> MicroStep | None:
-        """Return the next micro-step that is no automatic transition: after a livelock no more of these are taken."""
-        goal, program = self._goal, self._program
-        if goal is None:
-            return None  # before a run and after its end nothing is sent to a resource
+    ) -> tuple[MicroStep | None, bool]:
+        """Return the next micro-step but automatic transitions, and whether the run ends instead if its goal holds."""
+        if not self._is_pursuing:
+            return None, False  # before a run and after its end nothing is sent to a resource
         if state & self._aborted_mask == self._aborted_bits:
-            return RunTurn.ABORT
+            return RunTurn.ABORT, False
+        program = self._program
         if in_flight or state & program.triggers:
             request = self._request(state, in_flight)
             if request is not None:
-                return request
+                return request, False
         current = program.current(state)
-        if (current is None or current.is_initial) and goal(state):
-            return RunTurn.REACH_GOAL
-        return RunTurn.FOLLOW_PLAN if current is None else current.move(state, timer_passed=timer_passed)
+        if current is None:
+            return RunTurn.FOLLOW_PLAN, True
+        return current.move(state, timer_passed=timer_passed), current.is_initial
 
     def _request(self, state: int, in_flight: Collection[RequestLine]) -> RequestSending | RequestCancelling | None:
         for line in self._program.requests:
@@ -213,6 +220,10 @@ class MicroSteps:
                 keep, bits = line.idle
                 return RequestCancelling(line, state & keep | bits)
         return None
+
+
+def _never(_: int) -> bool:
+    return False
 
 
 def _is_any_stale(state: int, in_flight: Collection[RequestLine]) -> bool:

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from scbm.cases import Injection
     from scbm.model import EnvironmentTransition, Value
     from scbm.model.packing import Test, Update
+    from scbm.running.micro_steps import MemoizedSteps
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +180,7 @@ class Program:
         aborted: `(mask, bits)` with `state & mask == bits` where `plan.state` is `aborted`.
         free_groups: the variables that change freely at settled moments, in groups.
         unasked: for each variable that is published, or that the environment changes, the values that it can get.
+        memoized_steps: the micro-steps of runs, as far as they do not depend on the goal.
         measured: the same for the replies of each resource, in the order of the model.
     """
 
@@ -187,6 +189,7 @@ class Program:
         self.packing = Packing(model.running_space)
         self._tests: dict[Predicate, Test] = {}
         self._micro_steps: dict[Predicate | None, MicroSteps] = {}
+        self.memoized_steps: MemoizedSteps = {}
         self._planner_reads: dict[Predicate, int] = {}
         self._no_operations, self._queues = _no_queues()
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
@@ -238,7 +241,7 @@ class Program:
         self.requests = tuple(requests.get(id(r)) or self._request_line(n, r) for n, r in enumerate(mutant.resources))
         self.shared = tuple(line for line in self.requests if line.resource.shared)
         self._current = self._current | dict(self._lifecycle_states(changed.values()))
-        self._micro_steps, self._planner_reads = {}, {}
+        self._micro_steps, self.memoized_steps, self._planner_reads = {}, {}, {}
         self._no_operations, self._queues = _no_queues()
 
     def begin(self, state: Mapping[str, Value]) -> int:

@@ -151,8 +151,11 @@ def test_nothing_is_sent_after_an_abort(monkeypatch: pytest.MonkeyPatch, wording
     assert _violations(model, Outcome.FAIL) == ["recovers"]
     correct = MicroSteps.first_not_automatic
 
-    def requests_first(self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool) -> MicroStep | None:
-        return self._request(state, in_flight) or correct(self, state, in_flight, timer_passed=timer_passed)
+    def requests_first(
+        self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool
+    ) -> tuple[MicroStep | None, bool]:
+        request = self._request(state, in_flight)
+        return (request, False) if request else correct(self, state, in_flight, timer_passed=timer_passed)
 
     monkeypatch.setattr(MicroSteps, "first_not_automatic", requests_first)
     done = _execute(model, Outcome.FAIL)
@@ -170,8 +173,11 @@ def test_nothing_is_sent_between_two_runs(monkeypatch: pytest.MonkeyPatch, wordi
     assert "stops" not in _violations(asks)
     correct = MicroSteps.first_not_automatic
 
-    def always(self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool) -> MicroStep | None:
-        return self._request(state, in_flight) or correct(self, state, in_flight, timer_passed=timer_passed)
+    def always(
+        self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool
+    ) -> tuple[MicroStep | None, bool]:
+        request = self._request(state, in_flight)
+        return (request, False) if request else correct(self, state, in_flight, timer_passed=timer_passed)
 
     monkeypatch.setattr(MicroSteps, "first_not_automatic", always)
     wording(_violation(_execute(asks), BuiltIn.STOPS))

@@ -124,8 +124,11 @@ def test_what_is_sent_after_an_abort_is_found(monkeypatch: pytest.MonkeyPatch) -
     assert statuses(decide(model))["stops"] is HOLDS
     correct = MicroSteps.first_not_automatic
 
-    def requests_first(self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool) -> MicroStep | None:
-        return self._request(state, in_flight) or correct(self, state, in_flight, timer_passed=timer_passed)
+    def requests_first(
+        self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool
+    ) -> tuple[MicroStep | None, bool]:
+        request = self._request(state, in_flight)
+        return (request, False) if request else correct(self, state, in_flight, timer_passed=timer_passed)
 
     monkeypatch.setattr(MicroSteps, "first_not_automatic", requests_first)
     found = decided(decide(model), "stops")
@@ -139,8 +142,11 @@ def test_what_is_sent_while_no_goal_is_pursued_is_found(monkeypatch: pytest.Monk
     assert statuses(decide(model))["stops"] is HOLDS
     correct = MicroSteps.first_not_automatic
 
-    def always(self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool) -> MicroStep | None:
-        return self._request(state, in_flight) or correct(self, state, in_flight, timer_passed=timer_passed)
+    def always(
+        self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool
+    ) -> tuple[MicroStep | None, bool]:
+        request = self._request(state, in_flight)
+        return (request, False) if request else correct(self, state, in_flight, timer_passed=timer_passed)
 
     monkeypatch.setattr(MicroSteps, "first_not_automatic", always)
     found = decided(decide(model), "stops")
