@@ -85,6 +85,10 @@ class NotedSteps(RunSteps):
         self._note_moment(NoteKind.ASKS_PLAN, run.state)
         super()._request_plan(run)
 
+    def _answered_at_once(self, run: SettlingRun) -> RunStep | None:  # noqa: ARG002 - notes are of micro-steps
+        """Return `None`: notes are made while micro-steps are taken, so these are not memoized."""
+        return None
+
     def _follow(self, run: SettlingRun, step: RequestSending | RequestCancelling | RunTurn | None) -> RunStep | None:
         if isinstance(step, RequestSending):
             self._notes.append(RunNote(NoteKind.SENDS, resource=step.line.number))

@@ -215,6 +215,7 @@ class _RunExploration:
         exploration = BreadthFirst((0,), self._successors)
         try:
             exploration.expand_all()
+            self._complete = self._complete and not self._has_visited_enough()
         except (PlanningTooLargeError, _EnoughVisitedError) as error:
             self._complete, self._planning_too_large = False, isinstance(error, PlanningTooLargeError)
             self._first.extend([len(self._targets)] * (len(self._positions) + 2 - len(self._first)))
@@ -234,50 +235,54 @@ class _RunExploration:
             exploration.parents,
         )
 
-    def _successors(self, node: int) -> Iterator[tuple[int, int]]:
-        """Record the edges of a node, and yield their numbers and targets; nodes are numbered as they are found."""
+    def _successors(self, node: int) -> list[tuple[int, int]]:
+        """Record the edges of a node, and return their numbers and targets; nodes are numbered as they are found."""
+        if self._has_visited_enough():
+            raise _EnoughVisitedError
         if self._progress is not None and node % _REPORT_EVERY == _REPORT_EVERY - 1:
             self._progress(len(self._positions))
-        for label, step in self._steps_from(node):
-            for number, target in self._recorded(node, label, step):
-                if target >= 0:
-                    yield number, target
+        found: list[tuple[int, int]] = []
+        for label, step in steps_from(self._steps, self._positions[node - 1]) if node else self._first_steps():
+            self._record(node, label, step, found)
+            if self._until and not self._left:
+                break
         self._first.append(len(self._targets))
+        return found
 
-    def _steps_from(self, node: int) -> Iterator[tuple[Happening | Start, RunStep]]:
-        if not node:
-            for start in self._starts:
-                rest = self._steps[0].initial(start.packed)
-                yield start, RunStep(rest, 0) if self._from_rest else self._steps[0].begin(start.packed)
-            return
-        yield from steps_from(self._steps, self._positions[node - 1])
+    def _has_visited_enough(self) -> bool:
+        return self._until != 0 and not self._left
 
-    def _recorded(self, node: int, label: Happening | Start, step: RunStep) -> Iterator[tuple[int, int]]:
-        """Record the edges of a step, and yield their numbers and targets: mostly one edge."""
+    def _first_steps(self) -> Iterator[tuple[Start, RunStep]]:
+        """Yield the initial states, with what follows."""
+        for start in self._starts:
+            rest = self._steps[0].initial(start.packed)
+            yield start, RunStep(rest, 0) if self._from_rest else self._steps[0].begin(start.packed)
+
+    def _record(self, node: int, label: Happening | Start, step: RunStep, found: list[tuple[int, int]]) -> None:
+        """Record the edges of a step, mostly one, and add the number and the target of each that ends no run."""
         number = len(self._targets)
-        notes = self._known_notes.setdefault(step.notes, step.notes)
-        yield number, self._add(label, step.visits, step.target, step.rests[:1], notes)
+        notes = self._known_notes.setdefault(step.notes, step.notes) if step.notes else ()
+        self._add(label, step.visits, step.target, step.rests[:1], notes, found)
         if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
             self._cut_off |= step.cut_off
             self._cut_offs.append((node, Edge(number, self._targets[number], step.visits), step.cut_off))
         for rest in step.rests[1:]:
-            yield len(self._targets), self._add(label, step.visits, None, (rest,), notes)
-        for rest in dict.fromkeys(step.cut_off_rests):
-            yield len(self._targets), self._add(PLAN_LIMIT, step.visits | step.cut_off, None, (rest,), notes)
+            self._add(label, step.visits, None, (rest,), notes, found)
+        for rest in dict.fromkeys(step.cut_off_rests) if step.cut_off_rests else ():
+            self._add(PLAN_LIMIT, step.visits | step.cut_off, None, (rest,), notes, found)
         if self._until:
             self._left &= ~(step.visits | step.cut_off)
-            if not self._left:
-                raise _EnoughVisitedError
 
-    def _add(
+    def _add(  # noqa: PLR0913, PLR0917 - the parts of an edge
         self,
         label: Happening | Start,
         visits: int,
         position: Position | None,
         rests: tuple[int, ...],
         notes: tuple[RunNote, ...],
-    ) -> int:
-        """Record an edge, and return its target; -1 if the run ends, or there are too many positions."""
+        found: list[tuple[int, int]],
+    ) -> None:
+        """Record an edge; its target is -1 if the run ends, or there are too many positions."""
         if rests:
             position = self._steps[0].initial(rests[0])
         target = -1
@@ -290,11 +295,12 @@ class _RunExploration:
                     self._positions.append(position)
                     target = self._nodes[position] = len(self._positions)
             target = target or -1
+        if target >= 0:
+            found.append((len(self._targets), target))
         self._targets.append(target)
         self._visits.append(self._known.setdefault(visits, visits))
         self._labels.append(label)
         self._notes.append(notes)
-        return target
 
 
 def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[int]:

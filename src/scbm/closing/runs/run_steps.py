@@ -110,7 +110,7 @@ class SettlingRun:
         visits: what was visited so far.
         cut_off: what the run would have visited if the limit of plans had ended it on the way.
         automatic: how many automatic transitions were taken since the last answer of the planner.
-        answered: the positions in which the planner answered at once.
+        answered: the positions in which the planner answered at once, each with `automatic` before the answer.
         goal: the number of the goal.
         cut_off_rests: the states of the runner at rest if the limit of plans had ended the run on the way.
     """
@@ -123,7 +123,7 @@ class SettlingRun:
     visits: int = 0
     cut_off: int = 0
     automatic: int = 0
-    answered: dict[Position, None] = field(default_factory=dict)
+    answered: dict[Position, int] = field(default_factory=dict)
     goal: int = 0
     cut_off_rests: tuple[int, ...] = ()
 
@@ -139,6 +139,18 @@ class SettlingRun:
     def complete(self, target: Position | None, visits: int = 0, rests: tuple[int, ...] = ()) -> RunStep:
         """Return the step that is complete here, with what it visits beside what was visited so far."""
         return RunStep(target, self.visits | visits, self.cut_off, rests, self.cut_off_rests)
+
+
+class _AnsweredStep(NamedTuple):
+    """What follows a request for a plan that the planner answers before anything else can happen.
+
+    Attributes:
+        step: the rest of the step, without what was visited before the request.
+        automatic: how many automatic transitions are taken before the answer.
+    """
+
+    step: RunStep
+    automatic: int
 
 
 class _RunEnd(NamedTuple):
@@ -200,7 +212,7 @@ class RunSteps:
         self._number = number
         self._is_sequence = is_sequence
         self._steps = MicroSteps(program, goal, _MAX_MEMOIZED)
-        self._idle_steps = MicroSteps(program, None, _MAX_MEMOIZED)
+        self._idle_steps = program.micro_steps(None)
         self._planning = program.plan_states[PlanState.PLANNING]
         self._executing = program.plan_states[PlanState.EXECUTING]
         self._operations = tuple(program.operations.values())
@@ -215,6 +227,8 @@ class RunSteps:
         self._queued = tuple(visits.bit(name, Aspect.QUEUED) for name in program.operations)
         self._queued_in: dict[int, int] = {}
         self._questions: dict[int, _PlanQuestion] = {}
+        self._answered_steps: dict[int, _AnsweredStep] = {}
+        self._few_automatic = min(bound, _LONG)  # with so few, no chain of automatic transitions is too long
         self._after_ends: dict[int, _RunEnd] = {}
         self._ends: dict[PlanState, dict[int | tuple[int, ...], _RunEnd]] = {state: {} for state in PlanState}
 
@@ -380,7 +394,7 @@ class RunSteps:
             return self._await_answer(run)
         if following is _REQUEST_PLAN:
             self._request_plan(run)
-            return None
+            return self._answered_at_once(run)
         if following is PlanStep.AWAIT_CHANGE:
             return run.waiting(Awaits.CHANGE)
         return self._ended(run, End.UNSOLVABLE)
@@ -391,6 +405,26 @@ class RunSteps:
         keep, bits = self._planning
         run.state = run.state & keep | bits
         run.asked = self._question_from(run.state)
+
+    def _answered_at_once(self, run: SettlingRun) -> RunStep | None:
+        """Return the step if nothing but the answer can follow the request for a plan; memoized.
+
+        Many runs request a plan in the same state. `None` if the micro-steps have to be taken one by one.
+        """
+        if run.in_flight or self._outside or run.answered or run.unsolvable_in is not None:
+            return None
+        known = self._answered_steps.get(run.state)
+        if known is None:
+            rest = SettlingRun(run.state, 0, (), run.asked, automatic=run.automatic, goal=self._number)
+            step = self._settle(rest)
+            known = _AnsweredStep(step, next(iter(rest.answered.values()), rest.automatic) - run.automatic)
+            if run.automatic + known.automatic <= self._few_automatic:
+                self._answered_steps[run.state] = known
+        elif run.automatic + known.automatic > self._few_automatic:
+            return None  # a livelock may come first
+        target, visits, cut_off, rests, cut_off_rests, _ = known.step
+        visits, cut_off = run.visits | visits, run.cut_off | cut_off
+        return RunStep(target, visits, cut_off, rests, run.cut_off_rests + cut_off_rests)
 
     def _take_next(self, run: SettlingRun, way: FollowingOperation) -> None:
         """Let the next operation of the plan become current, or the plan end."""
@@ -413,7 +447,7 @@ class RunSteps:
             return self._goes_round(run)
         if len(run.answered) == MAX_ANSWERS:
             raise PlanningTooLargeError
-        run.answered[position] = None
+        run.answered[position] = run.automatic
         self._cut_off(run)  # a limit can end the run here, too
         run.automatic = 0
         return self._answer(run)
