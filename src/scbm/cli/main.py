@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, NoReturn
 
@@ -96,9 +97,14 @@ def _suspend_garbage_collection() -> None:
 
 def _resume_garbage_collection() -> None:
     """Search for cycles of unused objects again, except among the objects of the imported modules."""
-    if not gc.get_freeze_count():  # once for each process
-        gc.freeze()
+    _freeze_modules()
     gc.enable()
+
+
+@cache
+def _freeze_modules() -> None:
+    """Leave the present objects out of later searches, once for each process. `gc.get_freeze_count` counts them all."""
+    gc.freeze()
 
 
 def _run(arguments: list[str], begin: Callable[[], None]) -> int:
