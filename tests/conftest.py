@@ -184,8 +184,8 @@ def shared_closings(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPa
     Tests that change how closing works, or interrupt it, use the fixture `own_closings` too.
     """
     if "own_closings" not in request.fixturenames:
-        monkeypatch.setattr("scbm.cli.close.Closer", SharedCloser)
-        monkeypatch.setattr("scbm.cli.explain.Closer", SharedCloser)
+        monkeypatch.setattr("scbm.cli.verbs.close.Closer", SharedCloser)
+        monkeypatch.setattr("scbm.cli.verbs.explain.Closer", SharedCloser)
         monkeypatch.setattr("scbm.proofcheck.check_certificate", shared_flaws)
 
 

@@ -9,8 +9,8 @@ import pytest
 from ruamel.yaml import YAML
 
 from conftest import Ran
-from scbm.cli.example_cells import EXAMPLES
-from scbm.cli.init import project_files
+from scbm.cli.verbs.example_cells import EXAMPLES
+from scbm.cli.verbs.init import project_files
 from scbm.files import load_model, open_case
 
 pytest_plugins = "pytester"

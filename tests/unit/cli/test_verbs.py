@@ -9,7 +9,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-import scbm.cli.check
+import scbm.cli.verbs.check
 from conftest import Ran
 from support.wording import Wording, diagnostic_heads
 
@@ -287,7 +287,7 @@ def test_a_fault_of_scbm_itself_exits_with_3(scbm: Scbm, monkeypatch: pytest.Mon
     wording(ran.err.splitlines()[-1])
 
 
-scbm_check = scbm.cli.check
+scbm_check = scbm.cli.verbs.check
 
 
 def test_an_option_with_one_value_is_given_once(scbm: Scbm, wording: Wording) -> None:

@@ -122,7 +122,7 @@ def test_all_outputs_that_cannot_be_written_are_refused_before_the_work(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("scbm.testing.Tester.execute", _fails)
-    monkeypatch.setattr("scbm.cli.close.Closer.close", _fails)
+    monkeypatch.setattr("scbm.cli.verbs.close.Closer.close", _fails)
     folder = inputs["model"].parent
     (folder / "taken").mkdir()
     (folder / "taken" / "certificates").touch()
@@ -148,7 +148,7 @@ def test_all_outputs_of_a_report_that_cannot_be_written_are_refused_before_it(
 def test_what_closing_may_not_write_is_refused_before_it(
     option: str, inputs: dict[str, Path], tmp_path: Path, scbm: Scbm, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scbm.cli.close.Closer.close", _fails)
+    monkeypatch.setattr("scbm.cli.verbs.close.Closer.close", _fails)
     monkeypatch.setattr("scbm.files.file_writer.os.access", lambda _, mode: mode != os.W_OK)
     ran = scbm("close", inputs["model"], option, tmp_path / "new" / "out" if option == "--out" else "all")
     assert (ran.code, ran.out, diagnostic_heads(ran.err)) == (2, "", [f"{option}: error[bad-option]"])

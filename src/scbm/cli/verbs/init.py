@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.example_cells import EXAMPLES, ExampleCell, examples_folder
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import results
+from scbm.cli.verbs.example_cells import EXAMPLES, ExampleCell, examples_folder
 from scbm.files import FileWriter, read_file
 
 ExampleName = StrEnum("ExampleName", list(EXAMPLES))  # type: ignore[misc] # mypy knows no members of such an enum
