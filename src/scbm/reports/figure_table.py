@@ -193,14 +193,14 @@ def missed_table(
 def _folded_table(lifted: LiftedStatuses, columns: int) -> Iterator[Text]:
     """Yield a row for each entry with parameters, and for each other one, that misses something.
 
-    A cell has the mark of the first status that any instance has, and the number of instances that are not covered.
+    A cell has the mark of the first status that any instance has, and the number of instances with this status.
     """
     rows: dict[tuple[str, bool], dict[Aspect, LiftedStatus]] = {}
     for entry in lifted.entries:
         head = "at" if entry.obligation.aspect is Aspect.TAKEN else "op"
         name = f"{entry.obligation.subject} ({len(entry.decisions)})" if entry.is_lifted else entry.obligation.subject
         rows.setdefault((f"{head}: {name}", entry.is_lifted), {})[entry.obligation.aspect] = entry
-    shown = {name: cells for (name, _), cells in rows.items() if any(cell.missed for cell in cells.values())}
+    shown = {name: cells for (name, _), cells in rows.items() if any(map(_is_missing, cells.values()))}
     if not shown:
         return
     names = [name.removeprefix("op: ").removeprefix("at: ") for name in shown]
@@ -213,9 +213,13 @@ def _folded_table(lifted: LiftedStatuses, columns: int) -> Iterator[Text]:
     entries = [entry for cells in shown.values() for entry in cells.values()]
     found = dict.fromkeys(decision for entry in entries for decision in entry.decisions)
     others = [d for d in Decision if d in found and d not in (Decision.UNDECIDED, Decision.COVERED)]
-    yield Text("  (3): so many instances; ○2: two of them", style="dim")
+    yield Text("  (n): n instances; ○n: n of them", style="dim")
     if others:
         yield Text(f"  {'   '.join(f'{STATUS_MARKS[status]} {status.words}' for status in others)}", style="dim")
+
+
+def _is_missing(entry: LiftedStatus) -> bool:
+    return any(decision is not Decision.COVERED for decision in entry.decisions)
 
 
 def _folded_row(name: str, width: int, cell: int, cells: Mapping[Aspect, LiftedStatus]) -> Iterator[Text]:
@@ -226,7 +230,7 @@ def _folded_row(name: str, width: int, cell: int, cells: Mapping[Aspect, LiftedS
     for aspect in (Aspect.TAKEN,) if Aspect.TAKEN in cells else COLUMNS:
         entry = cells[aspect]
         decision = first_missed(entry.decisions)
-        count = str(entry.missed) if entry.missed and entry.is_lifted else ""
+        count = str(entry.decisions.count(decision)) if entry.is_lifted and decision is not Decision.COVERED else ""
         row.append(f"{STATUS_MARKS[decision] + count:^{cell}}", style=_STATUS_STYLES.get(decision, "dim"))
     row.rstrip()
     yield row

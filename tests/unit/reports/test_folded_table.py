@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, Statuses, StatusProof
+from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, Statuses, StatusProof, WaiverReview
 from scbm.cases.coverage.statuses import Decision
 from scbm.files import read_model
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, Waiver
 from scbm.reports.figure_table import missed_table
 
 MODEL = read_model(
@@ -44,8 +44,16 @@ def test_a_cell_has_the_first_status_of_what_is_missed() -> None:
     proofs = {f"open_it.d{number}/failed": proof for number in (1, 2, 3)} | {"automatic/shut.d1": proof}
     found = [line.split() for line in lines(MODEL, [], proofs)]
     assert found[2][6] == "\N{MULTIPLICATION SIGN}3"
-    assert found[4] == ["at:", "shut", "(3)", "○3"]
+    assert found[4] == ["at:", "shut", "(3)", "○2"]
     assert found[6] == ["\N{MULTIPLICATION SIGN}", "uncoverable"]
+
+
+def test_a_cell_counts_the_instances_of_the_status_that_it_shows() -> None:
+    coverage = Coverage(Obligations.of(MODEL), ())
+    waived = WaiverReview((Waiver("open_it.d1/failed", "no", "Ada", "2026-11-20"),))
+    found = [line.plain for line in missed_table(MODEL, coverage, 100, Statuses.of(coverage, waivers=waived))]
+    assert found[2].split() == ["op:", "open_it", "(3)", "○3", "○3", "○3", "○2", "○3", "○3"]
+    assert found[-2:] == ["  (n): n instances; ○n: n of them", "  ~ waived"]
 
 
 def test_entries_that_miss_nothing_have_no_row() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from scbm.cases.coverage import Coverage, Obligations, Statuses, WaiverReview
+from scbm.closing import Closer
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Waiver
 from scbm.reports.ci.badge import badge
@@ -112,3 +113,24 @@ def test_the_closing_report_folds_instances_and_has_the_lifted_figure() -> None:
     assert "  Lifted: 0.00 %, 0 of 5: an operation with parameters counts once" in lines
     assert "  open_it (3): every state, queued" in lines
     assert not any("open_it.d2" in line for line in lines)
+
+
+ROBOTS = """behavior_model: arms
+types: {robot: [r1, r2]}
+resources:
+  arm[robot]: {}
+variables:
+  done[robot]: {domain: bool, initial: false}
+operations:
+  move[r in robot]: {request: arm.r, guard: done.r == false, post: {g: true, a: [done.r <- true]}}
+goals:
+  all_done: forall r in robot. (done.r == true)
+"""
+
+
+def test_the_closing_report_counts_forced_visits_of_what_is_proved_uncoverable() -> None:
+    closing = Closer(read_model(ROBOTS)).close()
+    assert closing.forced == 2
+    lines = [line.plain for line in closing_report(closing, ClosingSetting("arms.yaml"))]
+    assert "  Lifted: 83.33 %, 5 of 6: an operation with parameters counts once" in lines
+    assert "  move (2): disabled" in lines[lines.index("Proved uncoverable: 4") :]

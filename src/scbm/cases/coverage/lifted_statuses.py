@@ -11,7 +11,7 @@ from scbm.cases.coverage.statuses import Decision, count_statuses, coverable_fig
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from scbm.cases.coverage.statuses import Statuses
+    from scbm.cases.coverage.statuses import ObligationStatus, Statuses
     from scbm.model import BehaviorModel, ObjectLists
 
 _ORDER = (Decision.UNDECIDED, Decision.FORCED, Decision.WAIVED, Decision.EXCLUDED, Decision.UNCOVERABLE)
@@ -85,12 +85,14 @@ class LiftedStatus:
         obligation: the obligation; its subject is the name of the lifted entry.
         is_lifted: whether the entry has parameters; other entries are listed with their one instance.
         decisions: the statuses of the instances, in the order of the model.
+        visited: the number of instances that a case visits, forced states included.
         elsewhere: the statuses of visited instances under other objects, one for each model that has any.
     """
 
     obligation: Obligation
     is_lifted: bool
     decisions: tuple[Decision, ...]
+    visited: int
     elsewhere: tuple[Decision, ...] = ()
 
     @property
@@ -100,14 +102,13 @@ class LiftedStatus:
 
     @property
     def is_visited(self) -> bool:
-        """Whether any instance was visited, by a forced state or without."""
-        found = (*self.decisions, *self.elsewhere)
-        return any(decision in (Decision.COVERED, Decision.FORCED) for decision in found)
+        """Whether any instance was visited, by a forced state or without, whatever its status is."""
+        return bool(self.visited or self.elsewhere)
 
     @property
     def missed(self) -> int:
-        """The number of instances that are not covered."""
-        return sum(decision is not Decision.COVERED for decision in self.decisions)
+        """The number of instances that no case visits."""
+        return len(self.decisions) - self.visited
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,13 +137,18 @@ class LiftedStatuses:
         if not any(origin.section != "goals" for origin in model.origins):
             return None
         origins = {(origin.section, origin.name): origin.lifted for origin in model.origins}
-        decisions: dict[tuple[Obligation, bool], list[Decision]] = {}
+        instances: dict[tuple[Obligation, bool], list[ObligationStatus]] = {}
         for entry in statuses.entries:
-            key = lifted_obligation(entry.obligation, origins)
-            decisions.setdefault(key, []).append(entry.decision)
+            instances.setdefault(lifted_obligation(entry.obligation, origins), []).append(entry)
         joined = tuple(others)
         entries = (
-            LiftedStatus(*key, tuple(found), tuple(_elsewhere(*key, joined))) for key, found in decisions.items()
+            LiftedStatus(
+                *key,
+                tuple(each.decision for each in found),
+                sum(each.is_visited for each in found),
+                tuple(_elsewhere(*key, joined)),
+            )
+            for key, found in instances.items()
         )
         return LiftedStatuses(tuple(entries), model.objects, joined)
 

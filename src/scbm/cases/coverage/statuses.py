@@ -109,12 +109,14 @@ class ObligationStatus:
         decision: its status.
         reason: why no run visits it, or why it is waived; empty if it is covered or undecided.
         certificate: the file or the name of the certificate, if one proves the status.
+        is_visited: whether a case visits it, by a forced state or without; figures count this whatever the status is.
     """
 
     obligation: Obligation
     decision: Decision
     reason: str = ""
     certificate: str | None = None
+    is_visited: bool = False
 
 
 @dataclass(frozen=True)
@@ -221,14 +223,17 @@ class _StatusRules:
     def status(self, obligation: Obligation) -> ObligationStatus:
         bit = self.obligations.bit(obligation)
         if self.visited & ~self.forced & bit:
-            return ObligationStatus(obligation, Decision.COVERED)
+            return ObligationStatus(obligation, Decision.COVERED, is_visited=True)
+        is_visited = bool(self.visited & bit)
         proof = self.proofs.get(str(obligation))
         if proof is not None:
-            return ObligationStatus(obligation, proof.decision, proof.reason, proof.certificate)
+            return ObligationStatus(obligation, proof.decision, proof.reason, proof.certificate, is_visited)
         waiver = self.waivers.get(str(obligation))
         if waiver is not None:
-            return ObligationStatus(obligation, Decision.WAIVED, str(waiver))
-        return ObligationStatus(obligation, Decision.FORCED if self.visited & bit else Decision.UNDECIDED)
+            return ObligationStatus(obligation, Decision.WAIVED, str(waiver), is_visited=is_visited)
+        return ObligationStatus(
+            obligation, Decision.FORCED if is_visited else Decision.UNDECIDED, is_visited=is_visited
+        )
 
 
 def count_statuses(statuses: Iterable[Decision]) -> dict[Decision, int]:

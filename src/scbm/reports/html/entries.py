@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, TypeVar
 
-from scbm.cases.coverage import Decision, InstanceFolds, first_missed
+from scbm.cases.coverage import InstanceFolds, first_missed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-    from scbm.cases.coverage import Obligation
+    from scbm.cases.coverage import Decision, Obligation
     from scbm.reports.missed_reasons import Missed
 
 Row = TypeVar("Row")
@@ -24,21 +24,21 @@ class EntryCell:
     Attributes:
         aspect: the aspect.
         decision: the first status that an instance has that is not covered; covered if all are.
-        covered: the number of instances that are covered.
+        visited: the number of instances that a case visits, forced states included.
         count: the number of instances.
     """
 
     aspect: str
     decision: Decision
-    covered: int
+    visited: int
     count: int
 
     @staticmethod
-    def of(aspect: str, decisions: Iterable[Decision]) -> EntryCell:
-        """Return the cell of an aspect, whose instances have these statuses."""
-        found = tuple(decisions)
-        covered = sum(decision in (Decision.COVERED, Decision.FORCED) for decision in found)
-        return EntryCell(aspect, first_missed(found), covered, len(found))
+    def of(aspect: str, instances: Iterable[tuple[Decision, bool]]) -> EntryCell:
+        """Return the cell of an aspect, from the status of each instance and whether a case visits it."""
+        found = tuple(instances)
+        decision = first_missed(decision for decision, _ in found)
+        return EntryCell(aspect, decision, sum(is_visited for _, is_visited in found), len(found))
 
 
 @dataclass(frozen=True, slots=True)

@@ -346,7 +346,7 @@ class ReportView:
             OperationGroup(
                 entry,
                 tuple(
-                    EntryCell.of(aspect, (self.status(view.cells[place].obligation) for view in views))
+                    EntryCell.of(aspect, (self._instance(view.cells[place]) for view in views))
                     for place, aspect in enumerate(_COLUMNS)
                 ),
                 views,
@@ -359,11 +359,12 @@ class ReportView:
         """All automatic transitions, the instances of one entry together."""
         groups = rows_by_entry(self.transitions, lambda view: view.cell.obligation, self.folds)
         return tuple(
-            TransitionGroup(
-                entry, (EntryCell.of("taken", (self.status(view.cell.obligation) for view in views)),), views
-            )
+            TransitionGroup(entry, (EntryCell.of("taken", (self._instance(view.cell) for view in views)),), views)
             for entry, views in groups
         )
+
+    def _instance(self, cell: MatrixCell) -> tuple[Decision, bool]:
+        return self.status(cell.obligation), cell.count > 0
 
     @cached_property
     def steps(self) -> tuple[StepView, ...]:

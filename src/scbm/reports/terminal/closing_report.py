@@ -160,7 +160,13 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
 
 def _statuses(closing: Closing) -> Statuses:
     """Return the decisions as statuses of obligations."""
-    return Statuses(tuple(ObligationStatus(each.obligation, each.decision) for each in closing.decided))
+    visited = closing.after.visited
+    return Statuses(
+        tuple(
+            ObligationStatus(each.obligation, each.decision, is_visited=bool(visited & closing.bit(each.obligation)))
+            for each in closing.decided
+        )
+    )
 
 
 def _bar(parts: dict[_FigureSegment, int]) -> Text:

@@ -21,10 +21,12 @@ from scbm.cases.coverage import (
     Statuses,
     StatusProof,
     Threshold,
+    WaiverReview,
     instances_of,
 )
 from scbm.cases.coverage.lifted_statuses import folded_decision
 from scbm.files import read_model
+from scbm.model import Waiver
 from support.profiles import examples
 
 C, U, E, W, F, X = (
@@ -116,6 +118,37 @@ def test_an_instance_that_only_a_forced_state_covers_is_visited() -> None:
     assert lifted is not None
     assert lifted.figure == Figure(1, 11)
     assert lifted.counts[X] == 11
+
+
+@pytest.mark.parametrize(
+    ("proofs", "waived", "status", "missed"),
+    [
+        ((), (), X, 1),
+        (("d1", "d2"), (), U, 1),
+        (("d2",), (), X, 1),
+        (("d1",), (), F, 1),
+        ((), ("d1", "d2"), W, 1),
+        ((), ("d1",), F, 1),
+    ],
+)
+def test_the_figure_counts_forced_visits_whatever_the_status_is(
+    proofs: tuple[str, ...], waived: tuple[str, ...], status: Decision, missed: int
+) -> None:
+    coverage = coverage_of(Obligation("open_it.d2", Aspect.DISABLED))
+    proof = StatusProof(Decision.UNCOVERABLE, "never disabled", "c")
+    waivers = tuple(Waiver(f"open_it.{name}/disabled", "r", "Ada", "2026-11-20") for name in waived)
+    statuses = Statuses.of(
+        coverage,
+        {f"open_it.{name}/disabled": proof for name in proofs},
+        WaiverReview(waivers),
+        forced=coverage.visited,
+    )
+    lifted = LiftedStatuses.of(MODEL, statuses)
+    assert lifted is not None
+    (entry,) = (each for each in lifted.entries if str(each.obligation) == "open_it/disabled")
+    assert (entry.is_visited, entry.decision, entry.missed) == (True, status, missed)
+    assert lifted.figure == Figure(1, 11)
+    assert lifted.coverable.visited == 0
 
 
 def test_a_lifted_name_stands_for_all_instances() -> None:
