@@ -74,6 +74,12 @@ def short_of_goal_in_words(cases: int, excuses: Mapping[Excuse, int]) -> str:
     return f"{counted(cases, 'case')}{goals}, {reasons}" if cases else ""
 
 
+def requirements_off_lines(model: BehaviorModel, columns: int) -> Iterator[Text]:
+    """Yield a line for each built-in requirement that a model switches off, with the reason."""
+    for name, reason in model.requirements_off:
+        yield from map(Text, wrapped(f"{name} ({reason})", columns, "  Requirement off: ", len("  Requirement off: ")))
+
+
 def wrapped(words: str, columns: int, first: str, following: int) -> Iterator[str]:
     """Break words into lines. A name in them is never broken.
 

@@ -186,6 +186,7 @@ def campaign_json(
         "case_count": campaign.count,
         "excused": {excuse.value: count for excuse, count in campaign.summary.excuses},
         "short_of_goal": campaign.summary.short_count,
+        "requirements_off": dict(campaign.model.requirements_off),
         "cases": [_case(result, campaign) for result in campaign.results],
     }
 

@@ -16,6 +16,8 @@ from scbm.cases.trace import (
     InjectionApplied,
     OperationStepped,
     PlanReceived,
+    ReplyReceived,
+    RequestCancelled,
     RequestSent,
     ResourceChanged,
     RunEnded,
@@ -28,10 +30,10 @@ from scbm.model import GoalOrder, OperationState, Outcome, format_duration, form
 from scbm.model.requirements import BuiltIn
 from scbm.model.sources import inputs, published_by
 from scbm.running import describe_cycle
-from scbm.testing.withheld_changes import waits_for_change
+from scbm.testing.withheld_changes import WAITING_ENDS, OutsideHelp, WithheldChanges
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.cases import Case, CaseGoal, Expectations, Reaction
     from scbm.cases.trace import Record
@@ -168,6 +170,8 @@ class Excuse(StrEnum):
 
     FAULT = "fault"
     """Something was made to go wrong."""
+    WAITS = "waits"
+    """One reply failed or was missing, and a change from outside could have led the run to its goal."""
     MAY_END = "may_end"
     """`may_end` of the goal or of the model lists the end."""
     INPUT = "input"
@@ -181,6 +185,8 @@ class Excuse(StrEnum):
         match self:
             case Excuse.FAULT:
                 return "a fault"
+            case Excuse.WAITS:
+                return "a wait for a change from outside (`recovers` not judged)"
             case Excuse.MAY_END:
                 return "`may_end`"
             case Excuse.INPUT:
@@ -200,7 +206,8 @@ class ExcuseRules:
         may_end: the ends that excuse missing any goal.
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
         recovers: whether a single failed or missing reply excuses nothing (semantics 7.12).
-        model: the model, which says what the environment could still do; `None` for an environment that does nothing.
+        model: the model, which says what runs there are; `None` if any fault excuses only its own goal.
+        withheld: what changes from outside could do for a run that waits; `None` if nothing changes from outside.
     """
 
     inputs: tuple[tuple[str, Value], ...] = ()
@@ -208,6 +215,7 @@ class ExcuseRules:
     goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
     recovers: bool = False
     model: BehaviorModel | None = None
+    withheld: WithheldChanges | None = field(default=None, compare=False)
 
     @staticmethod
     def of(model: BehaviorModel) -> ExcuseRules:
@@ -215,11 +223,26 @@ class ExcuseRules:
         published = (name for resource in model.resources for name in published_by(resource, model))
         nominal = tuple((name, model.nominal_state[name]) for name in dict.fromkeys((*inputs(model), *published)))
         recovers = BuiltIn.RECOVERS.value not in dict(model.requirements_off)
-        return ExcuseRules(nominal, model.may_end, model.goals_may_end, recovers, model)
+        return ExcuseRules(nominal, model.may_end, model.goals_may_end, recovers, model, WithheldChanges(model))
 
     def may_end_of(self, goal: CaseGoal) -> tuple[str, ...]:
         """Return all ends that excuse missing a goal of a case."""
         return (*goal.may_end, *self.may_end, *dict(self.goals_may_end).get(goal.name, ()))
+
+    def outside_help(
+        self, end: End, state: Mapping[str, Value], in_flight: Sequence[str], goal: Predicate
+    ) -> OutsideHelp:
+        """Return whether a run that missed its goal waited for a change from outside (semantics 7.12).
+
+        Args:
+            end: how the run ended.
+            state: the values of all variables before that, the runner's own included.
+            in_flight: the resources with a request in flight.
+            goal: the goal.
+        """
+        if self.withheld is None or end not in WAITING_ENDS:
+            return OutsideHelp.NONE
+        return self.withheld.help_for(state, in_flight, goal)
 
 
 _NO_RULES = ExcuseRules()
@@ -359,6 +382,13 @@ class GoalRun:
 
     def must_recover(self, case: Case, rules: ExcuseRules) -> bool:
         """Return whether one failed or missing reply is all that went wrong, so that it excuses nothing (7.12)."""
+        return self._is_judged(case, rules) and not self._waits_for_change(rules)
+
+    def _is_judged(self, case: Case, rules: ExcuseRules) -> bool:
+        """Return whether `recovers` is about this run, unless it waits for a change from outside.
+
+        Where each run has one goal, nothing is promised for a goal after the one in whose run the fault was.
+        """
         if not rules.recovers or self.end in (*_NEVER_EXCUSED, End.NOT_STARTED):
             return False
         is_cut_off = (self.end is End.TIME_LIMIT and case.limits.time_ns is not None) or (
@@ -366,18 +396,16 @@ class GoalRun:
         )
         if is_cut_off or (fault := self.only_fault(case)) is None:
             return False
-        return rules.model is None or self._must_recover_from(fault, case, rules.model)
-
-    def _must_recover_from(self, fault: int, case: Case, model: BehaviorModel) -> bool:
-        """Return whether the model alone could have recovered from a reaction, and has to.
-
-        Where each run has one goal, nothing is promised for a goal after the one in whose run the fault was.
-        """
         before = len(self.run.reactions) - sum(isinstance(record, RequestSent) for record in self.records)
-        if model.runs.goals is GoalOrder.SINGLE and fault < before:
-            return False
+        is_single = rules.model is not None and rules.model.runs.goals is GoalOrder.SINGLE
+        return not is_single or fault >= before
+
+    def _waits_for_change(self, rules: ExcuseRules) -> bool:
+        """Return whether changes from outside could have led the run to its goal, as far as is known."""
         ended = max(i for i, record in enumerate(self.run.records) if isinstance(record, RunEnded))
-        return not waits_for_change(model, case, state_after(self.run.records[:ended]))
+        before = self.run.records[:ended]
+        found = rules.outside_help(self.end, state_after(before), _in_flight(before), self.goal.predicate)
+        return found is not OutsideHelp.NONE
 
     def only_fault(self, case: Case) -> int | None:
         """Return the index of the only reaction that is a fault; `None` if there are others, or it was not caused."""
@@ -397,8 +425,11 @@ class GoalRun:
         if self.end in _NEVER_EXCUSED:
             return None
         is_begun = self.end is not End.NOT_STARTED  # else the case has tested nothing, whatever went wrong
-        if is_begun and _disturbed(case, self.run) and not self.must_recover(case, rules):
-            return Excuse.FAULT
+        if is_begun and _disturbed(case, self.run):
+            if not self._is_judged(case, rules):
+                return Excuse.FAULT
+            if self._waits_for_change(rules):
+                return Excuse.WAITS
         if self.end.value in rules.may_end_of(self.goal):
             return Excuse.MAY_END
         return Excuse.INPUT if is_begun and self._is_input_away(rules) else None
@@ -443,6 +474,20 @@ def goal_runs(case: Case, run: Outcomes) -> Iterator[GoalRun]:
         records = run.records[indices.start : indices.stop]
         visited = run.visited_by_goal[number - 1] if run.visited_by_goal else run.visited
         yield GoalRun(goal, number, End(ended.end), records, so_far, visited)
+
+
+def _in_flight(records: Sequence[Record]) -> tuple[str, ...]:
+    """Return the resources with a request in flight after some records."""
+    found: dict[str, None] = {}
+    for record in records:
+        match record:
+            case RequestSent():
+                found[record.resource] = None
+            case RequestCancelled() | ReplyReceived():
+                found.pop(record.resource, None)
+            case _:
+                pass
+    return tuple(found)
 
 
 def _disturbed(case: Case, run: Outcomes) -> bool:

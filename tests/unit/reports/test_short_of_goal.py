@@ -81,3 +81,10 @@ def test_a_case_that_missed_an_earlier_goal_is_not_counted_as_reached(history: H
     ends = "1 reached, 1 reached with an earlier goal missed, 1 time limit"
     assert any(str(line).endswith(f": {ends}") for line in stored_report(several, "cov.db"))
     assert f"3 cases: {ends}; " in markdown(several)
+
+
+def test_reports_name_the_requirements_that_are_off(history: History) -> None:
+    assert history_json(history)["requirements_off"] == {}
+    off = replace(history, model=replace(history.model, requirements_off=(("recovers", "a person clears faults"),)))
+    assert "  Requirement off: recovers (a person clears faults)" in map(str, stored_report(off, "cov.db"))
+    assert history_json(off)["requirements_off"] == {"recovers": "a person clears faults"}

@@ -7,9 +7,11 @@ from dataclasses import replace
 import pytest
 
 from scbm.cases import Case, CaseGoal, OutcomeRule
+from scbm.cases.trace import End, state_after
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Outcome
-from scbm.testing import RandomCases, Tester
+from scbm.testing import Excuse, RandomCases, Tester, withheld_changes
+from scbm.testing.withheld_changes import OutsideHelp
 
 ACKNOWLEDGED = """
 behavior_model: acknowledge
@@ -63,7 +65,7 @@ def test_a_person_who_cannot_act_is_no_fault_of_the_model(more: str) -> None:
     model = read_model(ACKNOWLEDGED + more)
     execution = Tester(model).execute(plain(model))
     assert execution.verdict.end.value == "time_limit"
-    assert execution.verdict.passed
+    assert (execution.verdict.passed, execution.verdict.excuses) == (True, (Excuse.WAITS,))
 
 
 def test_a_model_that_waits_for_what_nothing_outside_brings_has_to_recover() -> None:
@@ -103,3 +105,101 @@ def test_where_runs_have_one_goal_a_fault_counts_for_its_own_goal() -> None:
     assert failures(single, plain(single, "two", "one")) == []
     sequence = read_model(HOLES)
     assert failures(sequence, plain(sequence, "two", "one")) == ["recovers"]
+
+
+UNRELATED = """
+behavior_model: unrelated
+variables:
+  done: {domain: bool, initial: false}
+  lamp: {domain: [off, on], initial: off}
+resources: {drill: {simulation: {latency: 1 s, outcomes: {succeed: 0.5, timeout: 0.5}}}}
+operations:
+  work:
+    pre: {g: done == false && drill_req_state == initial, a: [drill_req_trigger <- true]}
+    post:
+      g: true
+      gr: drill_req_state == succeeded
+      a: [drill_req_trigger <- false, drill_req_state <- initial, done <- true]
+    failed: {g: drill_req_state == failed, a: [drill_req_trigger <- false, drill_req_state <- initial]}
+environment:
+  switch: {guard: lamp == off, actions: [lamp <- on], every: 1 h}
+goals: {done: done == true}
+"""
+MISSING = (OutcomeRule("drill", 1, 1, Outcome.TIMEOUT),)
+STOP = ("goals:", "automatic_transitions:\n  stop: {g: lamp == on, a: [plan.state <- aborted]}\ngoals:")
+LEAVE = (
+    "goals:",
+    """automatic_transitions:
+  leave:
+    g: lamp == on && current.state == executing
+    a: [current.state <- failed, drill_req_trigger <- false, drill_req_state <- initial, lamp <- off]
+goals:""",
+)
+
+
+@pytest.mark.parametrize("change", [("", ""), STOP])
+def test_a_change_that_does_not_lead_to_the_goal_excuses_nothing(change: tuple[str, str]) -> None:
+    model = read_model(UNRELATED.replace(*change))
+    assert failures(model, replace(plain(model), outcomes=MISSING)) == ["recovers"]
+
+
+def test_a_change_that_ends_the_operation_that_waits_excuses_it() -> None:
+    model = read_model(UNRELATED.replace(*LEAVE))
+    verdict = Tester(model).execute(replace(plain(model), outcomes=MISSING)).verdict
+    assert (verdict.passed, verdict.excuses) == (True, (Excuse.WAITS,))
+
+
+def test_a_run_that_gives_up_has_not_waited() -> None:
+    gives_up = ("a: [drill_req_trigger <- false, drill_req_state <- initial]}", "a: [plan.state <- aborted]}")
+    model = read_model(UNRELATED.replace(*gives_up).replace("on], initial: off", "on], initial: off, random: any"))
+    assert failures(model, plain(model)) == ["recovers"]
+
+
+@pytest.mark.parametrize(("most", "expected"), [(1, OutsideHelp.UNKNOWN), (5_000, OutsideHelp.NONE)])
+def test_a_search_that_is_too_long_leaves_the_answer_open(
+    most: int, expected: OutsideHelp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(withheld_changes, "_MOST_SITUATIONS", most)
+    model = read_model(UNRELATED.replace(*STOP))
+    done = Tester(model).execute(replace(plain(model), outcomes=MISSING))
+    state = state_after(done.trace.records[:-2])
+    assert withheld_changes.WithheldChanges(model).help_for(state, ["drill"], model.goals[0][1]) is expected
+
+
+SHARED = """
+behavior_model: shared_lift
+variables:
+  done: {domain: bool, initial: false}
+  weight: {domain: [none, light, heavy], initial: none}
+resources:
+  drill: {simulation: {latency: 1 s, outcomes: {succeed: 0.5, fail: 0.5}}}
+  lift: {shared: true}
+  scale: {measures: [weight]}
+operations:
+  work:
+    deadline: 10 s
+    pre: {g: done == false && drill_req_state == initial && weight == light, a: [drill_req_trigger <- true]}
+    post:
+      g: true
+      gr: drill_req_state == succeeded
+      a: [drill_req_trigger <- false, drill_req_state <- initial, done <- true]
+    failed: {g: drill_req_state == failed, a: [drill_req_trigger <- false, drill_req_state <- initial, weight <- none]}
+    timedout: [drill_req_trigger <- false]
+  weigh:
+    deadline: 10 s
+    pre: {g: weight == none, gr: lift_req_state == executing, a: [scale_req_trigger <- true]}
+    post:
+      g: true
+      gr: scale_req_state == succeeded && weight == light
+      a: [weight <- light, scale_req_trigger <- false, scale_req_state <- initial]
+    timedout: [scale_req_trigger <- false]
+goals: {done: done == true}
+"""
+
+
+def test_another_user_of_a_shared_resource_is_a_change_from_outside() -> None:
+    model = read_model(SHARED)
+    case = plain(model)
+    case = replace(case, initial=model.nominal_state.replace({"weight": "light"}))
+    verdict = Tester(model).execute(case).verdict
+    assert (verdict.end, verdict.excuses) == (End.TIME_LIMIT, (Excuse.WAITS,))

@@ -6,7 +6,6 @@ one thing: a deadline passes only if each request in flight gets no reply, or ma
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,7 +21,7 @@ from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.running.lifecycle import timer_ns
 from scbm.testing.request_protocol import sets
 from scbm.testing.verdicts import ExcuseRules
-from scbm.testing.withheld_changes import is_change_withheld
+from scbm.testing.withheld_changes import OutsideHelp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -36,9 +35,6 @@ if TYPE_CHECKING:
 _NONE = -1
 _NOT_JUDGED = (End.REACHED, End.LIVELOCK, End.MODEL_ERROR)
 """Ends that `recovers` is not about: livelocks and errors of the model fail each case."""
-
-_WAITING = (End.TIME_LIMIT, End.UNSOLVABLE)
-"""The ends of runs that wait. Before the others something outside need not act in time, even if it is free to."""
 
 _ENDLESS = (End.TIME_LIMIT, End.REPLAN_LIMIT)
 """The ends of a run that goes on without end."""
@@ -77,7 +73,13 @@ class MissedGoal(NamedTuple):
 
 
 class RecoverySearch:
-    """Searches all runs with one failed or missing reply for one that misses its goal."""
+    """Searches all runs with one failed or missing reply for one that misses its goal.
+
+    Attributes:
+        is_complete: whether all of these runs were searched.
+        is_any_waiting: whether a run waits for a change from outside, which leads it to its goal.
+        is_any_unknown: whether a run waits, and it is unknown what changes from outside lead to.
+    """
 
     def __init__(self, runs: AllRuns, most: int) -> None:
         """Search for nothing yet.
@@ -91,13 +93,15 @@ class RecoverySearch:
         self._model = runs.model
         self._rules = ExcuseRules.of(runs.model)
         allowed = (*self._rules.may_end, *chain.from_iterable(ends for _, ends in self._rules.goals_may_end))
+        self._follows_time_limit = End.TIME_LIMIT.value in allowed  # else it ends only runs that wait
         self._follows_limits = End.REPLAN_LIMIT.value in allowed  # else a run that a limit of plans ends is undecided
-        self._excusing = _with_known_environment(runs)
         self._numbers = {resource.name: number for number, resource in enumerate(self._model.resources)}
         self._resent = _sent_by_automatic_transitions(self._model)
         self._searches: dict[int, BreadthFirst[FaultPlace, Edge | None]] = {}
         self._left = most
         self.is_complete = runs.stopped is None
+        self.is_any_waiting = False
+        self.is_any_unknown = False
 
     def missed(self) -> tuple[MissedGoal, ...]:
         """Return runs that may miss their goal, for each graph the shortest first; `is_complete` says whether all."""
@@ -139,15 +143,19 @@ class RecoverySearch:
     def _following(self, graph: RunGraph, place: FaultPlace) -> Iterator[tuple[Edge, FaultPlace]]:
         """Yield the edges with at most one fault, with the places that they lead to; node -1 after the last end."""
         position = graph.positions[place.node - 1] if place.node else None
-        for edge in graph.edges(place.node):
+        is_waiting = True
+        for edge in sorted(graph.edges(place.node), key=lambda edge: graph.label(edge.number) is TIME_LIMIT):
             label = graph.label(edge.number)
             if label is PLAN_LIMIT and not self._follows_limits:
+                continue
+            if label is TIME_LIMIT and not self._follows_time_limit and not is_waiting:
                 continue
             has_fault = place.has_fault
             if position is not None and isinstance(label, Happening):
                 if not self._can_happen(label, position, place):
                     continue
                 has_fault = has_fault or (label.kind is HappeningKind.REPLY and not label.succeeded)
+            is_waiting = is_waiting and not self._goes_on(graph, edge)
             yield edge, FaultPlace(edge.target, has_fault, self._still_missing(graph, edge, place.missing))
 
     def _can_happen(self, label: Happening, position: Position, place: FaultPlace) -> bool:
@@ -196,9 +204,11 @@ class RecoverySearch:
             if not following.has_fault or graph.label(edge.number) is PLAN_LIMIT:
                 continue
             for note in graph.notes(edge.number):
-                if note.end is not None and self._is_missed(_goal_given(graph, edge) or goal, note.end, note.state):
+                if note.end is not None and self._is_missed(
+                    graph, _goal_given(graph, edge) or goal, note.end, note.state, position.in_flight
+                ):
                     yield MissedGoal(graph, place, edge, note.end)
-        if waits and self._is_missed(goal, End.TIME_LIMIT, position.state):
+        if waits and self._is_missed(graph, goal, End.TIME_LIMIT, position.state, position.in_flight):
             yield MissedGoal(graph, place, None, End.TIME_LIMIT)
 
     def _goal_of(self, graph: RunGraph, position: Position) -> str:
@@ -218,7 +228,8 @@ class RecoverySearch:
         rounds = _between_cycles(following)
         for place in rounds:
             position = graph.positions[place.node - 1]
-            if any(self._is_missed(self._goal_of(graph, position), end, position.state) for end in _ENDLESS):
+            goal = self._goal_of(graph, position)
+            if any(self._is_missed(graph, goal, end, position.state, position.in_flight) for end in _ENDLESS):
                 operations = self._operations_in(graph, _round_from(place, rounds))
                 yield MissedGoal(graph, place, None, End.REPLAN_LIMIT, operations)
                 return
@@ -233,7 +244,7 @@ class RecoverySearch:
         found = (self._program.current(graph.positions[place.node - 1].state) for place in places)
         return tuple(dict.fromkeys(each.operation.name for each in found if each is not None))
 
-    def _is_missed(self, goal: str, end: End, state: int) -> bool:
+    def _is_missed(self, graph: RunGraph, goal: str, end: End, state: int, in_flight: Sequence[int]) -> bool:
         """Return whether `recovers` blames a run for its end: not where the model allows it, or waits for a change."""
         rules = self._rules
         if end in _NOT_JUDGED or end.value in (*rules.may_end, *dict(rules.goals_may_end).get(goal, ())):
@@ -242,7 +253,12 @@ class RecoverySearch:
         kept = self._runs.relevance.names
         if any(name in kept and values[name] != nominal for name, nominal in rules.inputs):
             return False
-        return end not in _WAITING or not is_change_withheld(self._excusing, values)
+        lines = [self._program.requests[number] for number in in_flight]
+        asked = [line.resource.name for line in lines if state & line.trigger]
+        found = rules.outside_help(end, values, asked, dict(graph.goals)[goal])
+        self.is_any_waiting = self.is_any_waiting or found is OutsideHelp.LEADS_TO_GOAL
+        self.is_any_unknown = self.is_any_unknown or found is OutsideHelp.UNKNOWN
+        return found is OutsideHelp.NONE
 
 
 def _goal_given(graph: RunGraph, edge: Edge) -> str | None:
@@ -251,18 +267,6 @@ def _goal_given(graph: RunGraph, edge: Edge) -> str | None:
     if not isinstance(label, Happening) or label.kind is not HappeningKind.GOAL:
         return None
     return graph.goals[label.number][0]
-
-
-def _with_known_environment(runs: AllRuns) -> BehaviorModel:
-    """Return the model with those environment transitions whose variables the situations of runs have."""
-    kept = dict.fromkeys(runs.relevance.names)
-    known = tuple(
-        each
-        for each in runs.model.environment
-        if all(name in kept for name in each.guard.reads())
-        and all(action.target in kept and all(name in kept for name in action.reads()) for action in each.actions)
-    )
-    return replace(runs.model, environment=known)
 
 
 def _sent_by_automatic_transitions(model: BehaviorModel) -> tuple[int, ...]:

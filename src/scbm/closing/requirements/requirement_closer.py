@@ -49,6 +49,7 @@ _BESIDE = 4
 """A situation may occur beside so many memories of requests, on average; more count as incomplete."""
 
 _NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
+_UNKNOWN_HELP = "a run waits, and the search was too long whether a change from outside leads it to its goal"
 _INTERRUPTED = "closing was interrupted"
 _IN_TIME = "recovers: a reply that comes is as fast as in the simulation, and no limit of time or plans ends the run."
 
@@ -72,6 +73,7 @@ class RequirementCloser:
         self._written: list[str] = []
         self._open: dict[str, tuple[str, str | None]] = {}
         self._situations = 0
+        self._is_any_waiting = False
         self._is_interrupted = False
 
     def decide(self, suite: Campaign, closing: Closing) -> RequirementDecisions:
@@ -171,6 +173,9 @@ class RequirementCloser:
             self._open[name] = (_why_missed(missed), None)
         elif not search.is_complete:
             self._open[name] = _why_incomplete(runs)
+        elif search.is_any_unknown:
+            self._open[name] = (_UNKNOWN_HELP, None)
+        self._is_any_waiting = search.is_any_waiting
         if missed and name not in self._found:
             shown = self._with_canonical_plans(runs)
             if shown is not runs:
@@ -236,6 +241,8 @@ class RequirementCloser:
     def _where(self, name: str) -> str:
         if not self._model.resources:
             return "in all runs, as they send no requests"
+        if name == BuiltIn.RECOVERS.value and self._is_any_waiting:
+            return "in all runs that do not wait for a change from outside; the others are not judged"
         if name == BuiltIn.RECOVERS.value and scope_of_proofs(self._model).outside:
             return "in all runs in which nothing changes from outside"
         return "in all runs"

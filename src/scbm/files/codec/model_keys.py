@@ -216,7 +216,17 @@ class RequirementsOffType(NamesType[str | None]):
         return {"type": "object", "properties": dict.fromkeys(BUILT_IN_NAMES, reason), "additionalProperties": False}
 
 
-_REQUIREMENTS_OFF = RequirementsOffType(TEXT, "name → reason", in_flow=lambda written: len(written) == 1)
+def _read_reason(reader: ValueReader, node: YamlNode, text: str) -> str | None:
+    """Return a reason in words; note a number or a truth value, which gives none."""
+    if text.strip() and not isinstance(node.plain, str):
+        remedy = "write why the requirement does not hold: `an operator clears each fault`"
+        reader.add(Slug.WRONG_TYPE, f"a reason is a text, and here is `{text}`", node.place, remedy)
+        return None
+    return TEXT.reader(reader, node, text)
+
+
+_REASON = ScalarType("text", "a text", TEXT.json, _read_reason)
+_REQUIREMENTS_OFF = RequirementsOffType(_REASON, "name → reason", in_flow=lambda written: len(written) == 1)
 
 
 class ModelKeys(Keys):

@@ -35,6 +35,7 @@ def history_json(history: History) -> dict[str, Any]:
         "over_nodes_seconds": history.over_nodes_ns / 1e9,
         "outdated": history.outdated,
         "short_of_goal": history.short_count,
+        "requirements_off": dict(history.model.requirements_off),
         "runs": [_run(run, names) for run in history.runs],
         "cases": [
             _case(label, case, history)

@@ -24,6 +24,7 @@ from scbm.reports.figure_table import (
     figures,
     headline,
     missed_table,
+    requirements_off_lines,
     short_of_goal_in_words,
     shown_path,
     wrapped,
@@ -205,6 +206,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
     yield from _short_of_goal(campaign)
+    yield from requirements_off_lines(campaign.model, setting.columns)
     yield from _early(setting)
     yield from _forecast(campaign, setting)
     yield Text()

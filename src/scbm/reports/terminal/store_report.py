@@ -19,6 +19,7 @@ from scbm.reports.figure_table import (
     figures,
     headline,
     missed_table,
+    requirements_off_lines,
     short_of_goal_in_words,
     shown_path,
 )
@@ -159,6 +160,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     short = short_of_goal_in_words(history.short_count, history.short)
     if short:
         yield Text(f"  Passed short of the goal: {short}")
+    yield from requirements_off_lines(history.model, columns)
     for place in place_counts(history):
         yield Text(f"  Over nodes: {place}")
     finished = [run for run in history.runs if run.is_finished]

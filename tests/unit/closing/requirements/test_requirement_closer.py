@@ -14,7 +14,7 @@ from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import load_model, read_case, read_model, write_case
 from scbm.model import BehaviorModel, GoalOrder, Outcome, PlanSet, RunsDeclaration
 from scbm.running.micro_steps import MicroStep, MicroSteps
-from scbm.testing import Campaign, FailureKind, RandomCases, Tester
+from scbm.testing import Campaign, FailureKind, RandomCases, Tester, withheld_changes
 from scbm.testing.case_sizes import size_of
 from support.closings import closing_of
 from support.models import scan_cell
@@ -22,7 +22,7 @@ from support.wording import Wording
 
 ROOT = Path(__file__).parents[4]
 SMALL_EXAMPLES = ("robot_in_the_air/after.yaml", "robot_in_the_air/before.yaml")
-LARGE_EXAMPLES = ("robot_in_the_air/shared.yaml", "dual_cnc/cell.yaml", "dual_cnc/before.yaml")
+LARGE_EXAMPLES = ("robot_in_the_air/shared.yaml", "dual_cnc/cell.yaml")
 HOLDS, VIOLATED = RequirementStatus.HOLDS, RequirementStatus.VIOLATED
 UNDECIDED, OFF = RequirementStatus.UNDECIDED, RequirementStatus.OFF
 NAMES = ("no_orphan", "ready_again", "recovers", "stops")
@@ -76,6 +76,12 @@ def test_all_hold_in_the_examples(path: str) -> None:
     assert statuses(decisions) == dict.fromkeys(NAMES, HOLDS)
     assert decisions.assumptions
     assert not decisions.is_open
+
+
+@pytest.mark.slow
+def test_the_first_version_of_the_cell_waits_without_end_after_a_broken_tool() -> None:
+    decisions = decide(load_model(ROOT / "examples/dual_cnc/before.yaml"))
+    assert statuses(decisions) == {**dict.fromkeys(NAMES, HOLDS), "recovers": VIOLATED}
 
 
 NO_REQUESTS = """
@@ -186,6 +192,37 @@ def test_a_change_from_outside_is_part_of_the_case() -> None:
     assert [injection.resource for injection in found.execution.case.injections] == ["lift"]
     assert_small_case_fails(found, model)
     assert decided(decisions, "recovers").reason == "in all runs in which nothing changes from outside"
+
+
+LAMP = """
+environment:
+  switch: {guard: light == green, actions: [light <- blue], every: 1 h}
+"""
+
+
+def test_an_environment_that_cannot_help_hides_nothing() -> None:
+    model = scan_cell(WAITS_FOR_EVER, NO_CLEAN_UP_AFTER_A_TIMEOUT, more=LAMP)
+    found = decided(decide(model), "recovers")
+    assert_small_case_fails(found, model)
+
+
+ACKNOWLEDGED = """
+environment:
+  push: {guard: light == blue, actions: [light <- green], after: 5 s}
+"""
+
+
+def test_runs_that_wait_for_a_person_are_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    waits = ("[current.state <- failed, scan", "[current.state <- failed, light <- blue, scan")
+    model = scan_cell(waits, ("gr: light != red", "gr: light == green"), more=ACKNOWLEDGED)
+    found = decided(decide(model), "recovers")
+    assert (found.status, found.reason.partition(";")[0]) == (
+        HOLDS,
+        "in all runs that do not wait for a change from outside",
+    )
+    monkeypatch.setattr(withheld_changes, "_MOST_SITUATIONS", 1)
+    found = decided(decide(model), "recovers")
+    assert (found.status, found.reason.partition(",")[0]) == (UNDECIDED, "a run waits")
 
 
 def test_a_case_of_the_suite_shows_a_violation_that_the_limits_hide() -> None:
