@@ -275,6 +275,18 @@ def test_conditions_bound_numbers_and_a_range_is_asked_for_otherwise() -> None:
     assert "fuel: {domain: 0..9, initial: 3}" in imported(unbounded, ranges=("fuel=0..9",))
 
 
+def test_functions_that_no_action_changes_are_constants() -> None:
+    task = robot_task(size={("a",): 2, ("b",): 1})
+    size = PddlFluent("size", (("z", "zone"),), is_numeric=True)
+    small = PddlFormula("<=", (fact("size", TO), PddlFormula("number", number=2)))
+    (move,) = task.actions
+    move = replace(move, conditions=(*move.conditions, small))
+    text = imported(replace(task, actions=(move,), fluents={**task.fluents, "size": size}))
+    assert '  size[z in zone]: {where: "z == b", domain: 1..2, initial: 1, source: constant}\n' in text
+    assert '  size[z_2 in zone]: {where: "z_2 != b", domain: 1..2, initial: 2, source: constant}\n' in text
+    assert [v.name for v in read_model(text).variables if v.source == "constant"] == ["size.b", "size.a"]
+
+
 def test_functions_that_no_condition_reads_are_left_out() -> None:
     cost = PddlEffect(fact("fuel"), PddlFormula("number", number=1), "increase")
     text = imported(robot_task(cost))

@@ -105,6 +105,7 @@ class _ModelText:
         self._ranges = NumberRanges(task, numbers, domain, options.ranges)
         self._errors |= dict.fromkeys(self._ranges.errors)
         self._tables: list[str] = []
+        self._assigned: dict[str, None] = {}
         self._origins: dict[str, Callable[[], Place]] = {}
 
     def model(self) -> ImportedModel:
@@ -347,21 +348,24 @@ class _ModelText:
         else:
             domain = "bool"
             values = {key: "true" if self._task.initial[name].get(key, 0) else "false" for key in keys}
-        return list(self._entries(self._names.fluents[name], parameters, domain, values))
+        entries = self._entries(self._names.fluents[name], parameters, domain, values)
+        source = "" if name in self._assigned else ", source: constant"  # the default is an input
+        return [f"{entry}{source}}}" for entry in entries]
 
     def _entries(
         self, name: str, parameters: Sequence[tuple[str, str]], domain: str, values: Mapping[Fact, str]
     ) -> Iterator[str]:
+        """Yield the entries, each without its last bracket."""
         if not parameters:
-            yield f"  {name}: {{domain: {domain}, initial: {values[()]}}}"
+            yield f"  {name}: {{domain: {domain}, initial: {values[()]}"
             return
         different = list(dict.fromkeys(values.values()))
         if len(different) <= 1:
             types = ", ".join(self._names.types[kind] for _, kind in parameters)
             if different:
-                yield f"  {name}[{types}]: {{domain: {domain}, initial: {different[0]}}}"
+                yield f"  {name}[{types}]: {{domain: {domain}, initial: {different[0]}"
             else:
-                yield f"  {name}[{types}]: {{domain: {domain}, initial: {self._some_value(domain)}}}"
+                yield f"  {name}[{types}]: {{domain: {domain}, initial: {self._some_value(domain)}"
             return
         rest = max(different, key=lambda value: sum(v == value for v in values.values()))
         if domain == "bool":
@@ -372,17 +376,19 @@ class _ModelText:
             words = self._names.parameters([p if not number else f"{p}_{number + 1}" for p, _ in parameters])
             own = list(words.values())
             if value == rest:
-                where = " && ".join(f"!{self._call(e, own)}" for e in excluded)
+                where = " && ".join(self._call(e, own, negate=True) for e in excluded)
             else:
                 facts = [key for key, each in values.items() if each == value]
                 table = self._initial_table(name, value, [kind for _, kind in parameters], facts)
                 excluded.append(table)
                 where = self._call(table, own)
             shown = ", ".join(f"{w} in {self._names.types[k]}" for w, (_, k) in zip(own, parameters, strict=True))
-            yield f'  {name}[{shown}]: {{where: "{where}", domain: {domain}, initial: {value}}}'
+            yield f'  {name}[{shown}]: {{where: "{where}", domain: {domain}, initial: {value}'
 
     def _initial_table(self, name: str, value: str, types: Sequence[str], facts: Sequence[Fact]) -> str:
-        """Return a table, or a set of objects, for the variables with one initial value."""
+        """Return a table, a set of objects, or `= OBJECT`, for the variables with one initial value."""
+        if len(types) == len(facts) == 1:
+            return f"= {self._names.objects[facts[0][0]]}"
         if len(types) == 1 and len(facts) <= 8:  # noqa: PLR2004 - so many names fit into one line
             return f"{{{', '.join(self._names.objects[fact[0]] for fact in facts)}}}"
         word = "" if value == "true" else f"_{value}" if not value.lstrip("-").isdigit() else f"_at_{value}"
@@ -391,8 +397,12 @@ class _ModelText:
         return table
 
     @staticmethod
-    def _call(table: str, words: Sequence[str]) -> str:
-        return f"({words[0]} in {table})" if table.startswith("{") else f"{table}({', '.join(words)})"
+    def _call(table: str, words: Sequence[str], *, negate: bool = False) -> str:
+        """Return the condition that a table, a set or a single object has the words, or has them not."""
+        if table.startswith("= "):
+            return f"{words[0]} {'!' if negate else '='}{table}"
+        text = f"({words[0]} in {table})" if table.startswith("{") else f"{table}({', '.join(words)})"
+        return f"!{text}" if negate else text
 
     def _some_value(self, domain: str) -> str:
         return "false" if domain == "bool" else domain.partition("..")[0] if ".." in domain else self._nothing
@@ -492,6 +502,7 @@ class _ModelText:
     def _case_lines(self, name: str, action: PddlLiftedAction, case: ActionCase) -> list[str]:
         if not case.changes or FALSE in case.conditions:
             return []
+        self._assigned |= dict.fromkeys(change.fluent for change in case.changes)
         scope = self._names.parameters([parameter for parameter, _ in case.parameters])
         static = [c for c in case.conditions if self._is_static(c) and case.parameters]
         guards = [self._shown(c, scope, inner=len(case.conditions) > 1) for c in case.conditions if c not in static]
