@@ -17,6 +17,7 @@ from scbm.files.pddl.pddl_task import (
     FALSE,
     TRUE,
     InvariantPart,
+    PddlDuration,
     PddlEffect,
     PddlFluent,
     PddlFormula,
@@ -338,6 +339,33 @@ def test_requests_carry_arguments_if_that_is_asked_for() -> None:
         "      robot_controller_from.r: from\n      robot_controller_to.r: none\n      robot_controller_z.r: z\n"
         in text
     )
+
+
+def lasting(action: PddlLiftedAction, seconds: int) -> PddlLiftedAction:
+    length = PddlFormula("number", number=seconds)
+    return replace(action, duration=PddlDuration(length, length))
+
+
+def test_deadlines_cover_the_longest_latency_of_their_resource() -> None:
+    task = robot_task()
+    mop = PddlLiftedAction("mop", (("r", "robot"), ("z", "zone")), (), (CLEANED_Z,))
+    actions = (lasting(mop, 1), lasting(task.actions[0], 60), replace(mop, name="wipe"))
+    texts = PddlText("domain.pddl", PLACES), PddlText("problem.pddl", "")
+    text = imported_model(replace(task, actions=actions), *texts, PddlImportOptions(("at",), ("r",))).text
+    assert "latency: {uniform: [1 s, 60 s]}" in text
+    assert [line for line in text.splitlines() if "deadline" in line] == ["    deadline: 120 s"] * 3
+    own = imported_model(replace(task, actions=actions), *texts, PddlImportOptions(("at",))).text
+    assert [line for line in own.splitlines() if "deadline" in line] == ["    deadline: 2 s", "    deadline: 120 s"]
+
+
+def test_a_parameter_whose_actions_have_a_resource_already_is_an_error() -> None:
+    texts = PddlText("domain.pddl", PLACES), PddlText("problem.pddl", "")
+    with pytest.raises(InputError) as raised:
+        imported_model(robot_task(), *texts, PddlImportOptions(("at",), ("robot", "zone", "crane")))
+    assert [each.message for each in raised.value.diagnostics] == [
+        "each action with a parameter `zone` has a resource already, that of `--resource robot`",
+        "no action has a parameter `crane`",
+    ]
 
 
 @pytest.mark.slow

@@ -51,13 +51,15 @@ class ImportedRequests:
         self._commands: dict[str, dict[str, None]] = {}
         self._latencies: dict[str, list[tuple[int, int]]] = {}
         self._resource_types: dict[str, dict[str, None]] = {}
+        self._longest = self._longest_durations()
 
     def lines_of(self, action: PddlLiftedAction, case: ActionCase, term: Callable[[PddlFormula], str]) -> list[str]:
         """Return the lines of an operation about its request; none without a request. `term` shows a term."""
         resource = self._resource_of(action, case, term)
         if resource is None:
             return []
-        base, index, longest = resource
+        base, index = resource
+        deadline = 2 * max(self._longest[base], 1) if base in self._longest else _DEADLINE
         command = self._names.actions[action.name]
         self._commands.setdefault(base, {})[command] = None
         sent = {f"{base}_command{index}": command}
@@ -65,7 +67,7 @@ class ImportedRequests:
             known = name in dict(action.parameters)
             value = case.binding.get(name, PddlFormula("parameter", name=name))
             sent[f"{argument.variable}{index}"] = term(value) if known else "none"
-        return [f"    request: {base}{index}", *_mapping_lines("    with", sent), f"    deadline: {longest} s"]
+        return [f"    request: {base}{index}", *_mapping_lines("    with", sent), f"    deadline: {deadline} s"]
 
     def variable_lines(self) -> list[str]:
         """Return the variables that the operations so far send."""
@@ -103,16 +105,22 @@ class ImportedRequests:
         known: dict[str, None] = {}
         for text in asked:
             word = text.lower().lstrip("?")
-            uses = 0
+            uses, before = 0, dict[str, None]()
             for action in self._task.actions:
                 known |= dict.fromkeys(name for name, _ in action.parameters)
                 for name, kind in action.parameters:
-                    if action.name not in found and word in (name, kind):
-                        found[action.name] = (name, word)
-                        uses += 1
+                    if word not in (name, kind):
+                        continue
+                    uses += 1
+                    before[found.setdefault(action.name, (name, word))[1]] = None
             if not uses:
                 message = f"no action has a parameter `{word}`"
                 remedy = suggestion(word, list(known), "parameters")
+                self.errors[Diagnostic(Slug.BAD_OPTION, message, Place("--resource"), remedy)] = None
+            elif word not in before:
+                given = " and ".join(f"`--resource {each}`" for each in before)
+                message = f"each action with a parameter `{word}` has a resource already, that of {given}"
+                remedy = f"leave out `--resource {word}`, or write it before {given}"
                 self.errors[Diagnostic(Slug.BAD_OPTION, message, Place("--resource"), remedy)] = None
         types: dict[str, str] = {}
         for action in self._task.actions:
@@ -152,8 +160,8 @@ class ImportedRequests:
 
     def _resource_of(
         self, action: PddlLiftedAction, case: ActionCase, shown: Callable[[PddlFormula], str]
-    ) -> tuple[str, str, int] | None:
-        """Return the resource of an operation, its index, and the deadline in seconds; `None` without a request."""
+    ) -> tuple[str, str] | None:
+        """Return the resource of an operation and its index; `None` without a request."""
         chosen = self._resources.get(action.name)
         times = self._seconds(action, action.duration) if action.duration is not None else None
         base, index = self._base_of(action), ""
@@ -168,7 +176,20 @@ class ImportedRequests:
         if times is not None:
             self._latencies.setdefault(base, []).append(times)
         self._commands.setdefault(base, {})
-        return base, index, 2 * max(times[1], 1) if times is not None else _DEADLINE
+        return base, index
+
+    def _longest_durations(self) -> dict[str, int]:
+        """Return the longest duration of each resource, in seconds.
+
+        A resource has one latency for all of its actions, so that the deadline of each must cover the longest one.
+        """
+        longest: dict[str, int] = {}
+        for action in self._task.actions:
+            base = self._base_of(action)
+            times = self._seconds(action, action.duration) if action.duration is not None else None
+            if base is not None and times is not None:
+                longest[base] = max(longest.get(base, 0), times[1])
+        return longest
 
     def _seconds(self, action: PddlLiftedAction, duration: PddlDuration) -> tuple[int, int] | None:
         lowest, highest = self._values(duration.lowest), self._values(duration.highest)
