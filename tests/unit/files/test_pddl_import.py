@@ -274,6 +274,10 @@ def test_conditions_bound_numbers_and_a_range_is_asked_for_otherwise() -> None:
     unbounded = robot_task(burning, conditions=(positive,))
     assert errors_of(unbounded) == ["domain.pddl:3:38 pddl-not-expressible nothing bounds `fuel`, which move changes"]
     assert "fuel: {domain: 0..9, initial: 3}" in imported(unbounded, ranges=("fuel=0..9",))
+    for wrong in (("fuel=3..0",), ("fuel",), ("fule=0..3",), ("fuel=0..3", "fuel=0..4")):
+        with pytest.raises(InputError) as raised:
+            imported(unbounded, ranges=wrong)
+        assert [each.place.file for each in raised.value.diagnostics] == ["--range"]
 
 
 def test_functions_that_no_action_changes_are_constants() -> None:
@@ -313,6 +317,21 @@ def test_files_become_models_with_plans_of_the_published_length(scbm: Callable[.
     assert plan.out.startswith("6 operations")
     refused = scbm("import", "pddl", paths[0], paths[1], "-o", paths[0])
     assert (refused.code, paths[0].read_text()) == (2, BLOCKS)
+    assert scbm("import", "pddl", paths[0], paths[1], "-o", paths[2], "--group", "on").code == 0
+    finished = f"{paths[2].read_text()}# finished by hand\n"
+    paths[2].write_text(finished)
+    refused = scbm("import", "pddl", paths[0], paths[1], "-o", paths[2], "--group", "on")
+    assert (refused.code, paths[2].read_text()) == (2, finished)
+    assert refused.err.startswith("--out: error[bad-option]")
+
+
+def test_a_problem_of_another_domain_is_an_error_in_the_problem() -> None:
+    domain, problem = PddlText("d", "(define (domain Places))"), PddlText("p", "(define (problem x)\n (:domain halls))")
+    with pytest.raises(InputError) as raised:
+        read_pddl(domain, problem)
+    assert str(raised.value.diagnostics[0]).startswith(
+        "p:2:11: error[bad-pddl]: the problem is one of the domain `halls`"
+    )
 
 
 @pytest.mark.slow

@@ -5,8 +5,10 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import errors, results
 from scbm.files import FileWriter, read_file, read_model
+from scbm.files.file_writer import has_text
 from scbm.files.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 from scbm.model import InputError
 
@@ -48,6 +50,9 @@ def command(
         read_model(made.text, str(out))
     except InputError as error:  # no file has this text yet
         raise InputError([made.at_origin(fault) for fault in error.diagnostics]) from None
+    if out.is_file() and not has_text(out, made.text):
+        message = f"{out} exists already, with other content, which may be finished by hand"
+        raise option_error("--out", message, "name another file, or remove this one first")
     writer.write("--out", out, made.text.encode())
     errors().diagnostics(made.warnings)
     results().line(str(out))

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from scbm.files.pddl.pddl_reader import conjuncts
-from scbm.files.spelling import suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.model import Diagnostic, Place, Slug
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ class NumberRanges:
         self._task = task
         self._domain = domain
         self._ranges: dict[str, tuple[int, int]] = {}
+        self._misspelt: dict[str | None, None] = {}
         given = self._given(asked, [each.name for each in fluents])
         for fluent in fluents:
             values = list(task.initial[fluent.name].values()) or [0]
@@ -50,14 +51,19 @@ class NumberRanges:
         return f"{low}..{high}"
 
     def _given(self, asked: Sequence[str], known: Sequence[str]) -> dict[str, tuple[int, int]]:
-        given = {}
+        given: dict[str, tuple[int, int]] = {}
         for text in asked:
-            match = _RANGE.fullmatch(text.replace(" ", "").lower())
+            plain = text.replace(" ", "").lower()
+            match = _RANGE.fullmatch(plain)
             if match is None or int(match["low"]) > int(match["high"]):
                 self._wrong(f"`{text}` is no range of a function", "write `FUNCTION=0..10`")
+                self._misspelt[nearest(plain.partition("=")[0], known)] = None
+            elif match["name"] in given:
+                self._wrong(f"`{match['name']}` has two ranges", "give one")
             elif match["name"] not in known:
                 message = f"`{match['name']}` is no function that conditions read"
                 self._wrong(message, suggestion(match["name"], known, "functions"))
+                self._misspelt[nearest(match["name"], known)] = None
             else:
                 given[match["name"]] = int(match["low"]), int(match["high"])
         return given
@@ -71,6 +77,8 @@ class NumberRanges:
                 if effect.fluent.name != name:
                     continue
                 bounds = self._after(action, effect)
+                if bounds is None and name in self._misspelt:
+                    return low, high  # the option for it has an error already
                 if bounds is None:
                     message = f"nothing bounds `{name}`, which {action.name} changes"
                     place = self._domain.inside_effect(action.name, name)

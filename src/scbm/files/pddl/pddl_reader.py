@@ -80,6 +80,10 @@ def read_pddl(domain: PddlText, problem: PddlText) -> PddlTask:
         problem.error("facts at given times cannot be expressed in a model", place, "leave them out of the import")
         for place in problem.timed_facts()
     ]
+    declared, used = domain.named("domain"), problem.named(":domain")
+    if declared is not None and used is not None and declared[0] != used[0]:
+        message = f"the problem is one of the domain `{used[0]}`, and the domain is called `{declared[0]}`"
+        refused.append(problem.error(message, used[1], "name the files of one domain", Slug.BAD_PDDL))
     try:
         parsed = _parsed(domain, problem)
     except InputError as error:

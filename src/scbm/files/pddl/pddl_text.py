@@ -97,6 +97,13 @@ class PddlText:
         """Return the places of all expressions that begin with a word."""
         return [self._place(begin + 1) for begin, _ in self._expressions(word)]
 
+    def named(self, word: str) -> tuple[str, Place] | None:
+        """Return the name in the first expression that begins with a word, with its place; `None` without one."""
+        for begin, end in self._expressions(word):
+            if begin + 2 < end:
+                return self._tokens[begin + 2].word, self._place(begin + 2)
+        return None
+
     def uses(self, word: str) -> list[Place]:
         """Return the places of all uses of a word."""
         return [self._place(index) for index, token in enumerate(self._tokens) if token.word == word]
