@@ -82,7 +82,8 @@ class WithheldChanges:
         """Return whether changes from outside lead a run to its goal, and nothing else does.
 
         Args:
-            state: the values of all variables as the run ended, the runner's own included.
+            state: the values of all variables as the run ended, the runner's own included. Those of an operation that a
+                mutant lacks have their initial values.
             in_flight: the resources with a request in flight, which get no reply.
             goal: the goal of the run.
         """
@@ -91,7 +92,8 @@ class WithheldChanges:
         names = dict.fromkeys(in_flight)
         numbers = tuple(line.number for line in self._program.requests if line.resource.name in names)
         keep, bits = self._program.plan_states[PlanState.EXECUTING]  # as the run waits, whatever it ended with
-        packed = self._program.packing.pack(dict(state)) & self._relevant(goal) & keep | bits
+        values = {each.name: state.get(each.name, each.initial) for each in self._model.running_space}
+        packed = self._program.packing.pack(values) & self._relevant(goal) & keep | bits
         key = (packed, numbers, goal)
         if key not in self._known:
             self._known[key] = self._searched(_ExcusedRun(packed, numbers, numbers), goal)

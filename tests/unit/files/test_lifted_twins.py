@@ -69,6 +69,7 @@ NEVER_LIFTED = {
     "unknown-word_plans": "`runs` stands in the model only, and has no parameters",
     "unknown-word_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
     "unknown-word_runs": "`runs` stands in the model only, and has no parameters",
+    "wrong-type_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
     "yaml-syntax_two_documents": "the second document is no text of an entry",
     "yaml-too-large_aliases": "the lists stand beside the sections",
 }

@@ -203,3 +203,10 @@ def test_another_user_of_a_shared_resource_is_a_change_from_outside() -> None:
     case = replace(case, initial=model.nominal_state.replace({"weight": "light"}))
     verdict = Tester(model).execute(case).verdict
     assert (verdict.end, verdict.excuses) == (End.TIME_LIMIT, (Excuse.WAITS,))
+
+
+def test_a_mutant_without_an_operation_is_judged_in_the_world_of_its_model() -> None:
+    model = read_model(ACKNOWLEDGED)
+    mutant = replace(model, operations=model.operations[:1])
+    execution = Tester(model).of_mutant(mutant, plans_alike=False).execute(plain(model))
+    assert [failure.subject for failure in execution.verdict.failures] == []
