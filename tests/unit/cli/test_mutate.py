@@ -359,6 +359,7 @@ def test_an_error_of_an_earlier_part_names_the_revision(scbm: Scbm, parted: Path
     ran = scbm("mutate", parted, "--since", "HEAD")
     assert ran.code == 2
     assert diagnostic_heads(ran.err)[0].startswith("HEAD:parts/lights.yaml:")
+    assert "(used in HEAD:cell.yaml:2)" in ran.err
 
 
 def test_operations_in_another_order_have_mutants(scbm: Scbm, parted: Path) -> None:

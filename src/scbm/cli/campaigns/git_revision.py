@@ -93,8 +93,8 @@ def _model_at(revision: str, path: Path) -> BehaviorModel:
 
 def _at(revision: str, folder: Path, found: Diagnostic) -> Diagnostic:
     """Return an error in a file of a folder as one in a revision."""
-    name = found.place.file.replace(f"{folder}/", "")
-    return replace(found, place=replace(found.place, file=f"{revision}:{name}"))
+    place = replace(found.place, file=found.place.file.replace(f"{folder}/", f"{revision}:"))
+    return replace(found, message=found.message.replace(f"{folder}/", f"{revision}:"), place=place)
 
 
 def _write_files(path: Path, commit: str, folder: Path) -> None:
