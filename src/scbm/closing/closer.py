@@ -22,7 +22,7 @@ from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, visit
 from scbm.cases.trace import End, ends_of, ranges_of_goals
 from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.other_plans import suggest_other_plans
-from scbm.closing.advice.suggestions import Oracles, in_order_of, suggest
+from scbm.closing.advice.suggestions import Oracles, TriedVisits, in_order_of, suggest
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
 from scbm.closing.proofs.explored_proofs import explored_for_proofs, scope_of_proofs
 from scbm.closing.proofs.proofs import Proofs
@@ -111,7 +111,7 @@ class Closer:
         # Cases are searched for under canonical plans, which do not depend on what is changed in a case.
         self._tester = Tester(model_with_plans(PlanSet.CANONICAL, model), plans=self._plans)
         self._obligations = Obligations.of(model)
-        self._visited_for: dict[tuple[str, Predicate], int] = {}
+        self._visited_for: dict[tuple[str, Predicate], TriedVisits] = {}
         self._suggestion_states = 0
         self._outside = outside_groups(model)
         self._open_runs: list[AllRuns] = []
@@ -520,31 +520,32 @@ class Closer:
         self._progress("looking for suggestions")
         observed = ObservedStates(runs)
         self._suggestion_states = self._limits.planning * _PLANNED_FOR_SUGGESTIONS
-        oracles = Oracles(observed.can_hold, observed if observed.are_known else None, self._makes_coverable)
+        oracles = Oracles(observed.can_hold, observed if observed.are_known else None, self._visits_for_last_goal)
         suggestions = suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
         if self._suggestion_states <= 0:
             why = f"{len(self._visited_for):,} goals were tried, and there may be others"
             self._ended.append(StageEnd(Stage.SUGGESTIONS, why, "--max-planning"))
-        return in_order_of((*suggest_other_plans(self.model, excluded), *suggestions), self.model)
+        others = suggest_other_plans(self.model, excluded, self._visited_by_closing)
+        return in_order_of((*others, *suggestions), self.model)
 
-    def _makes_coverable(self, extended: BehaviorModel, obligations: Sequence[Obligation]) -> bool:
-        """Return whether cases for the last goal of an extended model visit all of these obligations."""
+    def _visits_for_last_goal(self, extended: BehaviorModel) -> TriedVisits:
+        """Return what cases for the last goal of an extended model visit; nothing beyond the limit of suggestions."""
         goal = extended.goals[-1]
         if goal not in self._visited_for:
             if self._suggestion_states <= 0:
-                return False
+                return TriedVisits()
+            self._progress(
+                f"looking for suggestions: trying {goal[0]}, {len(self._visited_for):,} goals tried, "
+                f"at most {self._suggestion_states:,} more states"
+            )
             self._visited_for[goal] = self._visited_by_closing(replace(extended, goals=(goal,)))
-        return all(self._visited_for[goal] & self._obligations.bit(obligation) for obligation in obligations)
+        return self._visited_for[goal]
 
-    def _visited_by_closing(self, model: BehaviorModel) -> int:
-        """Return what cases of a model with the same operations visit."""
+    def _visited_by_closing(self, model: BehaviorModel) -> TriedVisits:
+        """Return what cases of a model visit that nothing changes from outside."""
         planning = min(self._limits.planning, _MAX_PLANNED_FOR_A_GOAL)
         most = min(self._limits.situations, _MAX_FOR_A_GOAL)
         limits = replace(self._limits, situations=most, planning=planning, beyond=0)
-        self._progress(
-            f"looking for suggestions: trying {model.goals[0][0]}, {len(self._visited_for):,} goals tried, "
-            f"at most {self._suggestion_states:,} more states"
-        )
         runs = AllRuns(model, limits, lambda _: None)
         self._suggestion_states -= runs.situations + runs.planned
         if runs.is_interrupted:
@@ -554,7 +555,12 @@ class Closer:
         search.run(short=False)
         force = ForcedCases(tester, runs.visits.mask & ~Merit.of(found).visited, 0, limits.candidates, found)
         force.in_graph(search, runs.visits.current, short=False)
-        return Merit.of(found).visited
+        merit, obligations = Merit.of(found), Obligations.of(model)
+        by_force = merit.visited & ~merit.freely
+        return TriedVisits(
+            frozenset(each for each in obligations if obligations.bit(each) & merit.freely),
+            frozenset(each for each in obligations if obligations.bit(each) & by_force),
+        )
 
 
 _COLLECTION_THRESHOLDS = (200_000, 50, 100)

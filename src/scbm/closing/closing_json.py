@@ -67,6 +67,7 @@ def suggestion_json(suggestion: Suggestion) -> dict[str, Any]:
     return {
         "obligation": names[0],
         "obligations": names,
+        "obligations_by_force": [str(obligation) for obligation in suggestion.by_force],
         "kind": suggestion.kind.value,
         "text": suggestion.text,
         "goal": None if suggestion.goal is None else str(suggestion.goal),

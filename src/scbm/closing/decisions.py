@@ -150,13 +150,15 @@ class Suggestion:
     """A change that would make uncoverable obligations coverable, or the reason why they are not.
 
     Attributes:
-        obligations: the obligations that it is about.
+        obligations: the obligations that it is about, without those of `by_force`.
         kind: the part of the model that it would change.
         text: one sentence.
         name: for a goal, the name that it would have in the model.
         goal: for a goal, the goal; it was found by search and verified by a run.
         blamed: for a guard, the conjuncts that never hold together; for a shadowed transition, the transitions that
             shadow it.
+        by_force: the obligations that cases would visit in forced states only (semantics 9.10): the change does not
+            make them coverable.
     """
 
     obligations: tuple[Obligation, ...]
@@ -165,6 +167,7 @@ class Suggestion:
     name: str | None = None
     goal: Predicate | None = None
     blamed: tuple[str, ...] = ()
+    by_force: tuple[Obligation, ...] = ()
 
 
 class Stage(StrEnum):

@@ -78,7 +78,7 @@ class Explanation:
         decided: the decision.
         visit: if it is covered, the visit of the first case that covers it.
         searched: if it is proved uncoverable by exploring all runs, the size of that exploration.
-        suggestions: the changes that would make it coverable.
+        suggestions: the changes that would make it coverable, or by which forced states would visit it.
     """
 
     decided: Decided
@@ -104,7 +104,7 @@ def explain(
 
 
 def _explained(closing: Closing, decided: Decided, executions: Mapping[str, Execution]) -> Explanation:
-    about = tuple(each for each in closing.suggestions if decided.obligation in each.obligations)
+    about = tuple(each for each in closing.suggestions if decided.obligation in (*each.obligations, *each.by_force))
     if decided.case is not None:
         visit = first_visit(executions[decided.case], decided.obligation, closing.model)
         return Explanation(decided, visit, suggestions=about)

@@ -10,6 +10,7 @@ from scbm.cases.coverage import Decision
 from scbm.closing import CloseLimits, Closer
 from scbm.closing.decisions import Closing, SuggestionKind
 from scbm.closing.proved_statuses import assumed_by, proved_status
+from scbm.files import read_model
 from scbm.model import PlanSet
 from scbm.planning import model_with_plans
 from scbm.proofcheck import check_certificate
@@ -62,6 +63,37 @@ def test_another_shortest_plan_with_what_canonical_plans_exclude_is_suggested(wo
     assert not any(name.startswith(("pick_1", "put_back")) for name in about)  # no shortest plan has `put_back`
     drawn = _decisions(Closer(model_with_plans(PlanSet.SHORTEST, model)).close())
     assert {drawn[name] for name in about} == {Decision.COVERED}
+    wording(found.text)
+
+
+# Only a plan with `detour` can block the way to the right before the robot goes there.
+BLOCKED = """
+behavior_model: blocked
+variables:
+  at: {domain: [start, left, right, end], initial: start}
+  tried: {domain: bool, initial: false}
+  blocked: {domain: bool, initial: false}
+operations:
+  go_left: {pre: {g: at == start}, post: {g: true, a: [at <- left]}}
+  go_right: {pre: {g: at == start && blocked == false}, post: {g: true, a: [at <- right]}}
+  from_left: {pre: {g: at == left}, post: {g: true, a: [at <- end]}}
+  from_right: {pre: {g: at == right}, post: {g: true, a: [at <- end]}}
+  detour: {pre: {g: at == start}, post: {g: true, a: [tried <- true]}}
+automatic_transitions:
+  block: {g: tried == true && blocked == false, a: [blocked <- true]}
+goals:
+  end: at == end
+"""
+
+
+def test_what_only_forced_states_visit_is_not_promised_of_another_plan(wording: Wording) -> None:
+    model = read_model(BLOCKED)
+    closing = Closer(model).close()
+    assert _decisions(closing)["go_right/disabled"] is Decision.EXCLUDED
+    (found,) = (each for each in closing.suggestions if each.kind is SuggestionKind.PLANS)
+    drawn = _decisions(Closer(model_with_plans(PlanSet.SHORTEST, model)).close())
+    assert {drawn[str(each)] for each in found.obligations} == {Decision.COVERED}
+    assert {str(each): drawn[str(each)] for each in found.by_force} == {"go_right/disabled": Decision.FORCED}
     wording(found.text)
 
 

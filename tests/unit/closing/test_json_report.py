@@ -79,6 +79,7 @@ def test_suggestions() -> None:
     assert first == {
         "obligation": "scan_box/failed",
         "obligations": ["scan_box/failed", "automatic/scan_failed"],
+        "obligations_by_force": [],
         "kind": "goal",
         "text": "a goal would",
         "goal": "light == red",

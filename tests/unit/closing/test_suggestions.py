@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from scbm.cases.coverage import Obligation, Obligations
+from scbm.cases.coverage import Aspect, Decision, Obligation, Obligations
 from scbm.cases.trace import RunStarted
-from scbm.closing import Suggestion, SuggestionKind
+from scbm.closing import Closer, Suggestion, SuggestionKind
 from scbm.closing.advice.goal_search import GoalSearch
-from scbm.closing.advice.suggestions import Oracles, grouped, suggest
+from scbm.closing.advice.suggestions import Oracles, TriedVisits, grouped, suggest
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, Predicate, Value
 from scbm.planning import Planner
@@ -41,10 +41,11 @@ class Runs:
         return any(predicate.holds(state) for state in self.states)
 
 
-def _verify(model: BehaviorModel, obligations: tuple[Obligation, ...]) -> bool:
-    """Whether random cases for the last goal, which is the one to be verified, visit all of them."""
+def _visits(model: BehaviorModel) -> TriedVisits:
+    """Return what random cases for the last goal, which is the one to be verified, visit."""
     visited = Runs(replace(model, goals=model.goals[-1:]), cases=20).visited
-    return all(visited & Obligations.of(model).bit(obligation) for obligation in obligations)
+    known = Obligations.of(model)
+    return TriedVisits(frozenset(each for each in known if visited & known.bit(each)))
 
 
 _runs_of = cache(Runs)
@@ -55,7 +56,7 @@ def _suggest(model: BehaviorModel, *uncoverable: str) -> tuple[Suggestion, ...]:
     runs = _runs_of(model)
     known = Obligations.of(model)
     missed = [o for o in known if (str(o) in uncoverable if uncoverable else not known.bit(o) & runs.visited)]
-    oracles = Oracles(runs.can_hold, runs.states, _verify)
+    oracles = Oracles(runs.can_hold, runs.states, _visits)
     return suggest(model, missed, oracles, GoalSearch(model, Planner(model)))
 
 
@@ -94,9 +95,55 @@ def test_a_goal_serves_only_what_was_verified() -> None:
     assert [str(o) for o in suggestion.obligations] == [names[1], names[2], names[3]]
 
 
+def test_what_only_forced_states_visit_is_not_promised_of_a_goal(wording: Wording) -> None:
+    disabled, *others = (
+        Obligation("robot_move_to_home", aspect) for aspect in (Aspect.DISABLED, Aspect.EXECUTING, Aspect.QUEUED)
+    )
+    runs = Runs(BEFORE, cases=5)
+    oracles = Oracles(runs.can_hold, None, lambda _: TriedVisits(frozenset(others), frozenset([disabled])))
+    (suggestion,) = suggest(BEFORE, (disabled, *others), oracles, GoalSearch(BEFORE, Planner(BEFORE)))
+    assert suggestion.obligations == tuple(others)
+    assert suggestion.by_force == (disabled,)
+    wording(suggestion.text)
+
+
+def test_no_goal_is_suggested_that_only_forced_states_need() -> None:
+    missed = [o for o in Obligations.of(BEFORE) if o.subject == "robot_move_to_home"]
+    runs = Runs(BEFORE, cases=5)
+    oracles = Oracles(runs.can_hold, None, lambda _: TriedVisits(by_force=frozenset(missed)))
+    assert suggest(BEFORE, missed, oracles, GoalSearch(BEFORE, Planner(BEFORE))) == ()
+
+
+WAYS = """
+behavior_model: ways
+variables:
+  at: {domain: [start, left, right, end], initial: start}
+operations:
+  go_left: {pre: {g: at == start}, post: {g: true, a: [at <- left]}}
+  go_right: {pre: {g: at == start}, post: {g: true, a: [at <- right]}}
+  from_left: {pre: {g: at == left}, post: {g: true, a: [at <- end]}}
+  from_right: {pre: {g: at == right}, post: {g: true, a: [at <- end]}}
+goals:
+  end: at == end
+"""
+
+
+def test_a_goal_that_closing_suggests_covers_what_it_promises() -> None:
+    closing = Closer(read_model(WAYS)).close()
+    (found,) = (each for each in closing.suggestions if each.kind is SuggestionKind.GOAL)
+    assert found.name is not None
+    assert found.goal is not None
+    model = read_model(WAYS)
+    extended = Closer(replace(model, goals=(*model.goals, (found.name, found.goal)))).close()
+    decisions = {each.obligation: each.decision for each in extended.decided}
+    assert {decisions[each] for each in found.obligations} == {Decision.COVERED}
+    assert [str(each) for each in found.by_force] == ["go_right/disabled"]
+    assert decisions[found.by_force[0]] is not Decision.COVERED
+
+
 def test_no_goal_is_suggested_that_is_not_verified() -> None:
     runs = Runs(BEFORE, cases=5)
-    oracles = Oracles(runs.can_hold, None, lambda _, __: False)
+    oracles = Oracles(runs.can_hold, None, lambda _: TriedVisits())
     missed = [o for o in Obligations.of(BEFORE) if o.subject == "robot_move_to_home"]
     assert suggest(BEFORE, missed, oracles, GoalSearch(BEFORE, Planner(BEFORE))) == ()
 

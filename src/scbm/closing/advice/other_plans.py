@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from scbm.cases.coverage import Aspect
+from scbm.closing.advice.suggestions import TriedVisits, forced_states_clause
 from scbm.closing.decisions import Suggestion, SuggestionKind
 from scbm.closing.reordered_operations import with_first
 from scbm.closing.summaries import plan_in_words
@@ -15,7 +17,7 @@ from scbm.model import PlanSet
 from scbm.planning import PlanLimits, Planner, Solved
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel
@@ -24,7 +26,9 @@ _MAX_EXPANSIONS = 20_000
 """Maximum number of states that are expanded for one goal: a suggestion is no reason to wait."""
 
 
-def suggest_other_plans(model: BehaviorModel, excluded: Sequence[Obligation]) -> Iterator[Suggestion]:
+def suggest_other_plans(
+    model: BehaviorModel, excluded: Sequence[Obligation], visits: Callable[[BehaviorModel], TriedVisits]
+) -> Iterator[Suggestion]:
     """Yield a suggestion for each goal to which another shortest plan has operations that no canonical plan has.
 
     All plans are those from the nominal state.
@@ -32,6 +36,7 @@ def suggest_other_plans(model: BehaviorModel, excluded: Sequence[Obligation]) ->
     Args:
         model: the model.
         excluded: its obligations that the planner excludes.
+        visits: returns what executed cases of a model visit that differs in the order of its operations.
     """
     if model.runs.plans is not PlanSet.CANONICAL or not excluded:
         return
@@ -39,17 +44,29 @@ def suggest_other_plans(model: BehaviorModel, excluded: Sequence[Obligation]) ->
     for plan in _plans(model):
         for name in plan.operations:
             left.pop(name, None)
-    for plan in _plans(with_first(model, dict.fromkeys(left, 1))) if left else ():
+    if not left:
+        return
+    reordered = with_first(model, dict.fromkeys(left, 1))
+    plans = [plan for plan in _plans(reordered) if any(name in plan.operations for name in left)]
+    tried = visits(reordered) if plans else TriedVisits()
+    for plan in plans:
         found = [name for name in left if name in plan.operations]
-        if found:
+        about = tuple(each for each in excluded if each.subject in found and _has(each, tried.freely))
+        if about:
+            forced = tuple(each for each in excluded if each.subject in found and each in tried.by_force)
             text = (
                 f"another shortest plan to {plan.goal} is {plan_in_words(plan.operations, ' -> ')}: declare "
                 "`runs: {plans: shortest}`, or add `--plans shortest`, so that runs get such plans, too"
             )
-            about = tuple(obligation for obligation in excluded if obligation.subject in found)
-            yield Suggestion(about, SuggestionKind.PLANS, text)
+            text += forced_states_clause("cases with such plans", forced)
+            yield Suggestion(about, SuggestionKind.PLANS, text, by_force=forced)
         for name in found:
             del left[name]
+
+
+def _has(obligation: Obligation, visited: frozenset[Obligation]) -> bool:
+    """Return whether cases visit an obligation whose operation is in a plan."""
+    return obligation.aspect is Aspect.QUEUED or obligation in visited
 
 
 class _PlanOfGoal(NamedTuple):

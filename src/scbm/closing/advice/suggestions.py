@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.coverage import Aspect, Obligation, Obligations
 from scbm.closing.advice.goal_search import GoalSearch, goal_name
@@ -45,6 +45,18 @@ _MAX_TRIED = 10
 """Maximum number of goals that are verified for one operation."""
 
 
+class TriedVisits(NamedTuple):
+    """The obligations that cases visit which were tried for a changed model.
+
+    Attributes:
+        freely: those that they visit before anything is forced.
+        by_force: those that they visit in forced states only (semantics 9.10).
+    """
+
+    freely: frozenset[Obligation] = frozenset()
+    by_force: frozenset[Obligation] = frozenset()
+
+
 @dataclass(frozen=True, slots=True)
 class Oracles:
     """Answers to questions about the runs of a model.
@@ -52,14 +64,13 @@ class Oracles:
     Attributes:
         can_hold: whether a predicate holds in any state in which a run evaluates guards.
         states: all these states, with all variables of the running space; `None` if they are not known. They are
-            iterated
-            once for every automatic transition in question.
-        verify: whether an executed case covers these obligations in an extended model.
+            iterated once for every automatic transition in question.
+        visits: what executed cases for the last goal of an extended model visit.
     """
 
     can_hold: Callable[[Predicate], bool]
     states: Iterable[Mapping[str, Value]] | None
-    verify: Callable[[BehaviorModel, tuple[Obligation, ...]], bool]
+    visits: Callable[[BehaviorModel], TriedVisits]
 
 
 def suggest(
@@ -182,10 +193,13 @@ class _Suggestions:
         name = goal_name(self._model, operation.name)
         for goal in islice(self._search.candidates(operation.name), _MAX_TRIED):
             extended = replace(self._model, goals=(*self._model.goals, (name, goal)))
-            if self._oracles.verify(extended, first):
-                served = tuple(o for o in self._open(operation) if o in first or self._oracles.verify(extended, (o,)))
+            visits = self._oracles.visits(extended)
+            if first and all(obligation in visits.freely for obligation in first):
+                served = tuple(obligation for obligation in self._open(operation) if obligation in visits.freely)
+                forced = tuple(obligation for obligation in self._open(operation) if obligation in visits.by_force)
                 text = f"add a goal that {operation.name} is needed for, such as {goal}{self._example(operation, goal)}"
-                yield Suggestion(served, SuggestionKind.GOAL, text, name, goal)
+                text += forced_states_clause("cases for this goal", forced)
+                yield Suggestion(served, SuggestionKind.GOAL, text, name, goal, by_force=forced)
                 return
 
     def _example(self, operation: Operation, goal: Predicate) -> str:
@@ -258,6 +272,11 @@ class _Suggestions:
         blamed = contradicted or blame(guards, lambda part: self._oracles.can_hold(conjunction((when, part))))
         if blamed:
             yield _blaming(about, what, blamed, where, is_contradiction=bool(contradicted))
+
+
+def forced_states_clause(cases: str, by_force: Sequence[Obligation]) -> str:
+    """Return the clause about obligations that some cases visit in forced states only; empty if there are none."""
+    return f"; {cases} visit {listed([*map(str, by_force)])} in forced states only" if by_force else ""
 
 
 def grouped(suggestions: Iterable[Suggestion]) -> tuple[Suggestion, ...]:
