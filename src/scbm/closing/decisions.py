@@ -51,7 +51,7 @@ class Decided:
     """The decision about one obligation.
 
     Attributes:
-        case: the name of the first case that visits it, if it is covered, also if only by a forced state.
+        case: the name of the first case that visits it, if it is covered, also if only by a forced state, or waived.
         certificate: the name of the certificate, if it is uncoverable or excluded by the planner; a key of
             `Closing.certificates`.
         reason: one sentence: how the case covers it, why nothing does, why it is waived, or what ended the search.
@@ -208,7 +208,7 @@ class Closing:
         certificates: by name: `structure`, `values`, `runs`.
         suggestions: in the order of the obligations that they are about.
         ended: the stages that ended early, in order.
-        visited_waivers: the waivers that count although cases visit their obligations.
+        visited_waivers: the waivers that count although cases cover their obligations.
         expired_waivers: the waivers that do not count any more.
         requirements: the decisions about built-in requirements; `None` if they were not asked for.
     """
@@ -246,7 +246,7 @@ class Closing:
 
     @property
     def coverable(self) -> Figure:
-        """The figure of what can be covered (semantics 9.4)."""
+        """The figure of what can be covered (semantics 8.5)."""
         return coverable_figure(self.counts)
 
     @property

@@ -1,11 +1,11 @@
-"""What certificates and waivers say about the statuses of obligations, where they count (semantics 9.4)."""
+"""What certificates and waivers say about the statuses of obligations, where they count (semantics 8.5)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
+from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview, waived_reason
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.model import GoalOrder, PlanSet
 
@@ -113,8 +113,7 @@ def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:
 def with_waivers(closing: Closing, waivers: WaiverReview) -> Closing:
     """Return the result of closing in which undecided and forced obligations with a waiver that counts are waived."""
     decided = tuple(_waived(each, waivers) for each in closing.decided)
-    visited = {str(d.obligation) for d in closing.decided if closing.after.visited & closing.bit(d.obligation)}
-    needless = tuple(waiver for waiver in waivers.counting if waiver.obligation in visited)
+    needless = waivers.needless(str(each.obligation) for each in decided if each.decision is Decision.COVERED)
     return replace(closing, decided=decided, visited_waivers=needless, expired_waivers=waivers.expired)
 
 
@@ -122,4 +121,4 @@ def _waived(decided: Decided, waivers: WaiverReview) -> Decided:
     waiver = waivers.of(decided.obligation)
     if waiver is None or decided.decision not in (Decision.UNDECIDED, Decision.FORCED):
         return decided
-    return replace(decided, decision=Decision.WAIVED, reason=str(waiver))
+    return replace(decided, decision=Decision.WAIVED, reason=waived_reason(waiver, is_visited=decided.case is not None))

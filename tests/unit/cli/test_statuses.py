@@ -194,6 +194,70 @@ def test_a_waiver_of_a_visited_obligation_is_reported(lamp: Path, scbm: Scbm) ->
     assert [waiver["obligation"] for waiver in report["waivers"]["visited"]] == ["switch/completed"]
 
 
+LOCKED = MODEL.replace("}}\noperations", "}, ok: {domain: bool, initial: true, source: constant}}\noperations").replace(
+    "pre: {g: on == false}", "pre: {g: on == false, gr: ok == true}"
+)
+FORCED = """
+case: forced
+model: lamp.yaml
+goal: lit
+injections:
+  - {name: broken, when: plan.state == executing, set: {ok: false}, hold: 1 s}
+"""
+OPEN = """
+behavior_model: lamp
+variables:
+  on: {domain: bool, initial: false}
+resources:
+  bulb: {simulation: {latency: 2 s}}
+operations:
+  switch:
+    deadline: 10 s
+    pre: {g: bulb_req_state == initial && on == false, a: [bulb_req_trigger <- true]}
+    post:
+      g: true
+      gr: bulb_req_state == succeeded
+      a: [bulb_req_trigger <- false, bulb_req_state <- initial, on <- true]
+    timedout: [bulb_req_trigger <- false]
+goals: {lit: on == true}
+"""
+
+
+def test_a_waiver_of_what_only_a_forced_state_visits_is_in_use(lamp: Path, scbm: Scbm, wording: Wording) -> None:
+    lamp.write_text(LOCKED + WAIVERS.replace("failed", "disabled"))
+    case, store = lamp.parent / "forced.yaml", lamp.parent / "cov.db"
+    case.write_text(FORCED)
+    ran = scbm("test", lamp, case, "--store", store)
+    assert "Waived, but a case visits it" not in ran.out
+    statuses = _json(scbm("report", store, "--json"))["statuses"]
+    assert statuses["visited_waivers"] == []
+    (entry,) = (each for each in statuses["obligations"] if each["status"] == "waived")
+    assert entry["name"] == "switch/disabled"
+    wording(entry["reason"])
+    html = lamp.parent / "report.html"
+    assert scbm("report", store, "--html", html).code == 0
+    assert 'data-forced="switch/disabled"' in html.read_text()
+    sarif = lamp.parent / "log.sarif"
+    assert scbm("report", store, "--sarif", sarif).code == 0
+    assert '"ruleId": "visited_waiver"' not in sarif.read_text()
+    for report in ("--markdown", "--junit", "--lcov"):
+        assert scbm("report", store, report, lamp.parent / "out").code == 0
+        assert "Waived, but" not in (lamp.parent / "out").read_text()
+    wording(scbm("report", store, "--contexts").out)
+
+
+def test_closing_and_explaining_keep_a_waiver_of_what_only_a_forced_state_visits(
+    lamp: Path, scbm: Scbm, wording: Wording
+) -> None:
+    lamp.write_text(OPEN + WAIVERS.replace("failed", "disabled"))
+    few = ("--max-states", "2")
+    report = _json(scbm("close", lamp, *few, "--json"))
+    (entry,) = (each for each in report["obligations"] if each["name"] == "switch/disabled")
+    assert (entry["decision"], "case" in entry) == ("waived", True)
+    assert report["waivers"]["visited"] == []
+    wording(scbm("explain", lamp, "switch/disabled", *few).out)
+
+
 def test_closing_waives_what_it_cannot_decide(lamp: Path, scbm: Scbm) -> None:
     undecided = ("--max-states", "1", "--max-planning", "1", "--max-random", "0", "--max-changes", "0")
     model = Path("examples/robot_in_the_air/before.yaml").read_text()
@@ -296,18 +360,6 @@ def test_a_report_takes_certificates_and_waivers_too(lamp: Path, closed: Path, s
 
 
 # forced states
-
-
-LOCKED = MODEL.replace("}}\noperations", "}, ok: {domain: bool, initial: true, source: constant}}\noperations").replace(
-    "pre: {g: on == false}", "pre: {g: on == false, gr: ok == true}"
-)
-FORCED = """
-case: forced
-model: lamp.yaml
-goal: lit
-injections:
-  - {name: broken, when: plan.state == executing, set: {ok: false}, hold: 1 s}
-"""
 
 
 def test_an_obligation_that_only_a_forced_state_visits_is_not_covered(lamp: Path, scbm: Scbm) -> None:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         count_statuses,
         coverable_figure,
         status_counts_in_words,
+        waived_reason,
     )
     from scbm.cases.coverage.visits import (
         Coverage,
@@ -85,6 +86,7 @@ __all__ = [
     "status_counts_in_words",
     "visited_by",
     "visitors_of_each",
+    "waived_reason",
 ]
 
 __getattr__ = lazy_exports(
@@ -96,7 +98,7 @@ __getattr__ = lazy_exports(
         "set_cover": "Cover smallest_cover",
         "statuses": (
             "Decision ObligationStatus Statuses StatusProof WaiverReview count_statuses coverable_figure "
-            "status_counts_in_words"
+            "status_counts_in_words waived_reason"
         ),
         "visits": "Coverage GrowthStep Unnamed bits_of growth only_by visited_by visitors_of_each",
     },

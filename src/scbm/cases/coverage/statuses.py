@@ -1,4 +1,4 @@
-"""The status of each obligation, and the figure of what can be covered (semantics 8.5 and 9.4)."""
+"""The status of each obligation, and the figure of what can be covered (semantics 8.5)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Decision(StrEnum):
-    """The status of an obligation: the first of these that holds, in this order (semantics 9.4)."""
+    """The status of an obligation: the first of these that holds, in this order (semantics 8.5)."""
 
     COVERED = "covered"
     UNCOVERABLE = "uncoverable"
@@ -99,6 +99,16 @@ class WaiverReview:
         name = str(obligation)
         return next((waiver for waiver in self.counting if waiver.obligation == name), None)
 
+    def needless(self, covered: Iterable[str]) -> tuple[Waiver, ...]:
+        """Return the waivers that count although cases cover their obligations, which have the names `covered`."""
+        names = dict.fromkeys(covered)
+        return tuple(waiver for waiver in self.counting if waiver.obligation in names)
+
+
+def waived_reason(waiver: Waiver, *, is_visited: bool) -> str:
+    """Return why an obligation is waived, and whether forced states visit it all the same."""
+    return f"{waiver}; forced states also visit it" if is_visited else str(waiver)
+
 
 @dataclass(frozen=True, slots=True)
 class ObligationStatus:
@@ -107,7 +117,8 @@ class ObligationStatus:
     Attributes:
         obligation: the obligation.
         decision: its status.
-        reason: why no run visits it, or why it is waived; empty if it is covered or undecided.
+        reason: why no run visits it, or why it is waived and whether forced states also visit it; empty if it is
+            covered or undecided.
         certificate: the file or the name of the certificate, if one proves the status.
         is_visited: whether a case visits it, by a forced state or without; figures count this whatever the status is.
     """
@@ -118,6 +129,16 @@ class ObligationStatus:
     certificate: str | None = None
     is_visited: bool = False
 
+    @property
+    def forced_in_words(self) -> str:
+        """The status of an obligation that only forced states visit, with its reason; empty for any other one."""
+        if self.decision is Decision.COVERED or not self.is_visited:
+            return ""
+        if self.decision is Decision.FORCED:
+            return self.decision.words
+        visited = "" if self.decision is Decision.WAIVED else "; forced states visit it"
+        return f"{self.decision.words}: {self.reason}{visited}"
+
 
 @dataclass(frozen=True)
 class Statuses:
@@ -125,7 +146,8 @@ class Statuses:
 
     Attributes:
         entries: one for each obligation, in the order of the model, *queued* included.
-        visited_waivers: the waivers that count although cases visit their obligations.
+        visited_waivers: the waivers that count although cases cover their obligations; a visit in a forced state
+            covers nothing, so it leaves a waiver in use.
         expired_waivers: the waivers that do not count any more.
         ignored: the certificates that do not count, each with the reason, one sentence each.
         contradicted: the proofs for any plans of obligations that cases visit, by the names of the obligations: the
@@ -150,7 +172,7 @@ class Statuses:
         ignored: Sequence[str] = (),
         forced: int = 0,
     ) -> Statuses:
-        """Return the statuses of the obligations of a coverage: of each the first that holds (semantics 9.4).
+        """Return the statuses of the obligations of a coverage: of each the first that holds (semantics 8.5).
 
         Args:
             coverage: the visits of the cases.
@@ -163,9 +185,8 @@ class Statuses:
         by_name = {waiver.obligation: waiver for waiver in review.counting}
         rules = _StatusRules(coverage.obligations, coverage.visited, forced, proofs or {}, by_name)
         entries = tuple(map(rules.status, coverage.obligations))
-        names = coverage.obligations.names(coverage.visited)
-        visited = tuple(each for each in review.counting if each.obligation in names)
-        covered = (str(entry.obligation) for entry in entries if entry.decision is Decision.COVERED)
+        covered = [str(entry.obligation) for entry in entries if entry.decision is Decision.COVERED]
+        visited = review.needless(covered)
         contradicted = tuple(
             (name, rules.proofs[name])
             for name in covered
@@ -212,7 +233,7 @@ class Statuses:
 
 @dataclass(frozen=True, slots=True)
 class _StatusRules:
-    """The rules of semantics 9.4 for one coverage."""
+    """The rules of semantics 8.5 for one coverage."""
 
     obligations: Obligations
     visited: int
@@ -230,7 +251,9 @@ class _StatusRules:
             return ObligationStatus(obligation, proof.decision, proof.reason, proof.certificate, is_visited)
         waiver = self.waivers.get(str(obligation))
         if waiver is not None:
-            return ObligationStatus(obligation, Decision.WAIVED, str(waiver), is_visited=is_visited)
+            return ObligationStatus(
+                obligation, Decision.WAIVED, waived_reason(waiver, is_visited=is_visited), is_visited=is_visited
+            )
         return ObligationStatus(
             obligation, Decision.FORCED if is_visited else Decision.UNDECIDED, is_visited=is_visited
         )

@@ -277,6 +277,10 @@ class ReportView:
         """Return the status of an obligation."""
         return self.history.statuses.decision(obligation)
 
+    def forced_in_words(self, obligation: Obligation) -> str:
+        """Return the status of an obligation that only forced states visit, with its reason; empty for others."""
+        return self.history.statuses.by_obligation[obligation].forced_in_words
+
     @staticmethod
     def mark(status: Decision) -> str:
         """Return the character for a status."""

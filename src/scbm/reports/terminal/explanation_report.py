@@ -125,7 +125,8 @@ class _ExplanationText:
         """Yield the text of explanations that differ only in their obligations."""
         explanation = alike[0]
         decided = explanation.decided
-        by = f" by {decided.case}" if decided.case is not None else ""
+        is_by_case = decided.case is not None and decided.decision is not Decision.WAIVED
+        by = f" by {decided.case}" if is_by_case else ""
         name = str(decided.obligation)
         if len(alike) > 1:
             name = ", ".join(in_few_words((each.decided.obligation for each in alike), self._folds))
@@ -135,6 +136,8 @@ class _ExplanationText:
             .append(f"{decided.decision.words}{by}", style=_STYLES[decided.decision])
         )
         if explanation.visit is not None:
+            if not is_by_case:
+                yield Text(f"  {_sentence(decided.reason)}")
             yield from self._visit(explanation.visit, decided.obligation)
         else:
             is_of_many = len({each.decided.obligation.subject for each in alike}) > 1

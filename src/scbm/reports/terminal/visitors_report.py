@@ -30,14 +30,15 @@ def contexts_report(history: History) -> Iterator[Text]:
 
 def _visitors(history: History) -> Iterator[Text]:
     visitors = visitors_of_each(history.coverage)
-    visited = [(str(each), by) for each, by in zip(history.obligations, visitors, strict=True) if by]
-    width = max((len(name) for name, _ in visited), default=0)
+    visited = [(each, by) for each, by in zip(history.statuses.entries, visitors, strict=True) if by]
+    width = max((len(str(each.obligation)) for each, _ in visited), default=0)
     if visited:
         yield Text()
         yield Text(f"{'Obligation':<{width + 2}}  cases", style="bold")
-    for name, by in visited:
+    for each, by in visited:
         first = [history.labels[place] for place in by[:_MAX_CASES_NAMED]]
-        yield Text(f"  {name:<{width}}  {len(by):>5}  ").append(_some(first, len(by)), style="dim")
+        line = Text(f"  {each.obligation!s:<{width}}  {len(by):>5}  ").append(_some(first, len(by)), style="dim")
+        yield line.append(f"; {each.forced_in_words}" if each.forced_in_words else "", style="yellow")
     missed = len(visitors) - len(visited)
     if missed:
         yield Text()

@@ -21,6 +21,7 @@ from scbm.cases.coverage import (
     status_counts_in_words,
 )
 from scbm.model import Waiver
+from support.wording import Wording
 
 
 def test_statuses_stand_in_the_order_in_which_they_apply() -> None:
@@ -94,6 +95,23 @@ def test_a_waived_obligation_that_a_case_visits_is_reported() -> None:
     assert statuses.decision(FAILED) is Decision.COVERED
     assert statuses.decision(TAKEN) is Decision.WAIVED
     assert statuses.by_obligation[TAKEN].reason == "no sensor (Ada, 2026-01-01)"
+
+
+def test_a_waiver_of_what_only_forced_states_visit_is_in_use(wording: Wording) -> None:
+    statuses = statuses_of(waivers=(waiver(FAILED), waiver(TAKEN)), forced=(FAILED, TIMEDOUT))
+    assert statuses.visited_waivers == ()
+    entry = statuses.by_obligation[FAILED]
+    assert (entry.decision, entry.is_visited) == (Decision.WAIVED, True)
+    wording(entry.reason)
+    wording(entry.forced_in_words)
+    assert statuses.by_obligation[TAKEN].forced_in_words == ""
+    assert statuses.by_obligation[TIMEDOUT].forced_in_words == "covered by a forced state"
+
+
+def test_a_waiver_of_what_is_proved_and_only_forced_states_visit_is_not_reported_as_visited() -> None:
+    statuses = statuses_of(proofs={FAILED: Decision.UNCOVERABLE}, waivers=(waiver(FAILED),), forced=(FAILED,))
+    assert statuses.visited_waivers == ()
+    assert statuses.by_obligation[FAILED].forced_in_words == "uncoverable: nothing does; forced states visit it"
 
 
 def test_an_expired_waiver_does_not_count_and_is_reported() -> None:
