@@ -16,9 +16,8 @@ if TYPE_CHECKING:
         AssertionEvidence,
         MutantNotice,
     )
-    from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
     from scbm.testing.mutants.mutant_results import MutantCounts, MutantResult, MutantStatus
-    from scbm.testing.mutants.mutation import Mutation
+    from scbm.testing.mutants.mutation import Mutant, MutatedPart, Mutation, SubjectKind
     from scbm.testing.mutants.mutation_runs import MutantUnderTest, MutationRuns
     from scbm.testing.mutants.mutations import MUTATIONS, OPERATORS_VERSION, mutants_of
 
@@ -49,9 +48,8 @@ __getattr__ = lazy_exports(
         "asserted_obligations": (
             "NO_MUTANTS AssertedObligation AssertedObligations Assertion AssertionEvidence MutantNotice"
         ),
-        "mutant": "Mutant MutatedPart SubjectKind",
         "mutant_results": "MutantCounts MutantResult MutantStatus",
-        "mutation": "Mutation",
+        "mutation": "Mutant MutatedPart Mutation SubjectKind",
         "mutation_runs": "MutantUnderTest MutationRuns",
         "mutations": "MUTATIONS OPERATORS_VERSION mutants_of",
     },

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 
 from scbm.model import Add, Assign, Constant, Reference, Role
 from scbm.model.variables import trigger_name
+from scbm.testing.mutants.expression_edits import after, can_meet, other_calculations, other_constants, replaced
 from scbm.testing.mutants.model_parts import clean_up_of, planned_actions_of, timedout_of, transitions_of
-from scbm.testing.mutants.mutant import Mutant, SubjectKind
-from scbm.testing.mutants.mutation import Mutation, line_of
-from scbm.testing.mutants.predicate_edits import after
-from scbm.testing.mutants.term_edits import can_meet, other_calculations, other_constants, replaced
+from scbm.testing.mutants.mutation import Mutant, Mutation, SubjectKind, line_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.coverage import Aspect, Figure
 from scbm.model.variables import CURRENT_STATE, operation_state_name
-from scbm.testing.mutants.mutant import MutatedPart, SubjectKind
 from scbm.testing.mutants.mutant_results import MutantStatus
+from scbm.testing.mutants.mutation import MutatedPart, SubjectKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases.coverage import Obligation, Obligations
     from scbm.model import BehaviorModel
-    from scbm.testing.mutants.mutant import Mutant
+    from scbm.testing.mutants.mutation import Mutant
 
 
 _PART = MutatedPart

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.model import format_duration
 from scbm.testing.mutants.model_parts import with_operation
-from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
-from scbm.testing.mutants.mutation import Mutation
+from scbm.testing.mutants.mutation import Mutant, MutatedPart, Mutation, SubjectKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

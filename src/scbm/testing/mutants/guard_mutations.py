@@ -7,10 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from scbm.model import conjunction
-from scbm.testing.mutants.model_parts import guards_of, transitions_of
-from scbm.testing.mutants.mutant import Mutant
-from scbm.testing.mutants.mutation import Mutation, line_of
-from scbm.testing.mutants.predicate_edits import (
+from scbm.testing.mutants.expression_edits import (
     conjuncts_of,
     other_thresholds,
     other_values,
@@ -19,13 +16,15 @@ from scbm.testing.mutants.predicate_edits import (
     with_other_leaf,
     without_conjuncts,
 )
+from scbm.testing.mutants.model_parts import guards_of, transitions_of
+from scbm.testing.mutants.mutation import Mutant, Mutation, line_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.model import BehaviorModel, StateSpace
+    from scbm.testing.mutants.expression_edits import Leaf
     from scbm.testing.mutants.model_parts import TransitionPart
-    from scbm.testing.mutants.predicate_edits import Leaf
 
 
 class DropConjunct(Mutation):

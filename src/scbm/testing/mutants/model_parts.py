@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
 from scbm.cases.coverage import Obligations
 from scbm.model import Action, Predicate
-from scbm.testing.mutants.mutant import MutatedPart, SubjectKind
+from scbm.testing.mutants.mutation import MutatedPart, SubjectKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scbm.cases import Case
-    from scbm.testing.mutants.mutant import Mutant
+    from scbm.testing.mutants.mutation import Mutant
 
 
 class MutantStatus(StrEnum):

@@ -1,17 +1,98 @@
-"""Mutation operators: the base class, and how an operator makes a mutant from one changed part."""
+"""Mutants, which differ from a model in one small way, and the base class of the mutation operators that make them."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, TypeVar
-
-from scbm.testing.mutants.mutant import Mutant
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.model import Action, BehaviorModel, Predicate, Transition
     from scbm.testing.mutants.model_parts import ModelPart
+
+
+class SubjectKind(StrEnum):
+    """The kind of entry of a model file that a mutant changes."""
+
+    OPERATION = "operation"
+    AUTOMATIC = "automatic"
+    ENVIRONMENT = "environment"
+    VARIABLE = "variable"
+    RESOURCE = "resource"
+
+
+class MutatedPart(StrEnum):
+    """A part of an entry that a mutant changes. Each value is the text of the part in the names of mutants."""
+
+    PRE_G = "pre.g"
+    PRE_GR = "pre.gr"
+    PRE_A = "pre.a"
+    PRE_AR = "pre.ar"
+    POST_G = "post.g"
+    POST_GR = "post.gr"
+    POST_A = "post.a"
+    POST_AR = "post.ar"
+    FAILED = "failed"
+    """The whole `failed` transition, which the mutant does not have."""
+    FAILED_G = "failed.g"
+    FAILED_GR = "failed.gr"
+    FAILED_A = "failed.a"
+    FAILED_AR = "failed.ar"
+    TIMEDOUT = "timedout"
+    DEADLINE = "deadline"
+    DISABLED_DEADLINE = "disabled_deadline"
+    OPERATIONS = "operations"
+    """Which operations there are, or their order."""
+    AUTOMATIC_G = "g"
+    AUTOMATIC_GR = "gr"
+    AUTOMATIC_A = "a"
+    AUTOMATIC_AR = "ar"
+    AUTOMATIC_TRANSITIONS = "automatic_transitions"
+    """Which automatic transitions there are, or their order."""
+    INITIAL = "initial"
+    REQUEST = "request"
+    ENVIRONMENT_GUARD = "guard"
+    ENVIRONMENT_ACTIONS = "actions"
+    ENVIRONMENT = "environment"
+    """Which environment transitions there are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mutant:
+    """A model that differs from the original model in one small way.
+
+    Attributes:
+        name: unique among the mutants of the original, such as `scan/pre.g/drop:robot_at == box_a`.
+        operator: the name of the mutation operator in `MUTATIONS` that made it.
+        kind: the kind of the changed entry.
+        subject: the name of the changed entry; of two that change places, the first.
+        parts: the changed parts of the entry, at least one; `pre.g` and `pre.gr` for a conjunct that moves.
+        path: the keys that lead to the changed part in the model file, for `Places.find`.
+        before: the changed part of the original in one line, as it is written in a model file.
+        after: the same part of the mutant; empty if the mutant does not have it.
+        change: the difference of both in a few words, such as `drop robot_at == box_a`.
+        model: the changed model.
+    """
+
+    name: str
+    operator: str
+    kind: SubjectKind
+    subject: str
+    parts: tuple[MutatedPart, ...]
+    path: tuple[str, ...]
+    before: str
+    after: str
+    change: str
+    model: BehaviorModel
+
+    @property
+    def owner(self) -> str:
+        """The changed entry in the words of reports: the name of an operation, or `automatic/` and a name."""
+        return self.subject if self.kind is SubjectKind.OPERATION else f"{self.kind}/{self.subject}"
+
 
 T = TypeVar("T", "Predicate", "tuple[Action, ...]")
 

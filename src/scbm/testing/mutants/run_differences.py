@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from scbm.model import Assign, Constant, OperationState, PlanSet
 from scbm.planning import Solved
 from scbm.running.micro_steps import next_automatic
-from scbm.testing.mutants.mutant import MutatedPart, SubjectKind
+from scbm.testing.mutants.mutation import MutatedPart, SubjectKind
 
 if TYPE_CHECKING:
     from scbm.model import Action, BehaviorModel
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scbm.running.lifecycle import OperationMove
     from scbm.running.micro_steps import AutomaticMove
     from scbm.testing.mutants.evaluations import EvaluatedPlan, Evaluations
-    from scbm.testing.mutants.mutant import Mutant
+    from scbm.testing.mutants.mutation import Mutant
     from scbm.testing.tester import Tester
 
 _PLANNED_GUARDS = (MutatedPart.PRE_G, MutatedPart.POST_G)

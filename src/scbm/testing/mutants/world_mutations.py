@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 
 from scbm.model import format_value
 from scbm.testing.mutants.action_mutations import other_actions
+from scbm.testing.mutants.expression_edits import after, replaced, with_negated_conjuncts, without_conjuncts
 from scbm.testing.mutants.model_parts import environment_actions, environment_guard
-from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
-from scbm.testing.mutants.mutation import Mutation
-from scbm.testing.mutants.predicate_edits import after, with_negated_conjuncts, without_conjuncts
-from scbm.testing.mutants.term_edits import replaced
+from scbm.testing.mutants.mutation import Mutant, MutatedPart, Mutation, SubjectKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

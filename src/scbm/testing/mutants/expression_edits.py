@@ -1,14 +1,17 @@
-"""Small changes of predicates: a conjunct left out or negated, another value or another variable in a comparison."""
+"""Small changes of predicates, sums, `min` and `max`: another conjunct, value, variable or sign; and of any tuples."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple, TypeVar, assert_never
 
 from scbm.model import (
     And,
     Constant,
     Equal,
+    Extreme,
+    ExtremeKind,
     Implies,
     Member,
     Not,
@@ -18,21 +21,24 @@ from scbm.model import (
     Predicate,
     Reference,
     Relation,
+    Sum,
     Term,
     Truth,
     ValueKind,
     conjunction,
 )
-from scbm.model.predicates import TRUE, calculates
-from scbm.testing.mutants.term_edits import can_meet, other_constants, replaced, with_other_part
+from scbm.model.predicates import TRUE, bounds, calculates
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.model import StateSpace, Value, Variable
 
+    TermEdit = Callable[[Term], Iterable[Term]]
+
     Leaf = Equal | NotEqual | Order | Member
     LeafEdit = Callable[[Leaf], Iterable[Leaf]]
+
 
 T = TypeVar("T")
 
@@ -233,3 +239,64 @@ def _neighbours(constant: Constant, variable: Variable) -> Iterator[Constant]:
     if variable.domain.kind is ValueKind.INTEGER:
         changed = (int(constant.constant) + step for step in (-1, 1))
         yield from (Constant(value) for value in changed if value in variable.domain)
+
+
+def replaced(items: tuple[T, ...], index: int, *others: T) -> tuple[T, ...]:
+    """Return the items with `others` in place of the one at `index`; without that one if there are no others."""
+    return (*items[:index], *others, *items[index + 1 :])
+
+
+def with_swapped_neighbours(items: tuple[T, ...]) -> Iterator[tuple[T, T, tuple[T, ...]]]:
+    """Yield each pair of neighbours, and the items in which these two have changed places."""
+    for index, (first, second) in enumerate(pairwise(items)):
+        yield first, second, (*items[:index], second, first, *items[index + 2 :])
+
+
+def with_other_part(term: Term, edit: TermEdit) -> Iterator[Term]:
+    """Yield the term with one variable or constant in it changed, for each of them and each change of it by `edit`."""
+    match term:
+        case Reference() | Constant():
+            yield from edit(term)
+        case Sum(parts):
+            for index, (sign, part) in enumerate(parts):
+                for other in with_other_part(part, edit):
+                    yield Sum(replaced(parts, index, (sign, other)))
+        case Extreme(kind, terms):
+            for index, part in enumerate(terms):
+                for other in with_other_part(part, edit):
+                    yield Extreme(kind, replaced(terms, index, other))
+        case _:
+            assert_never(term)
+
+
+def other_constants(term: Term) -> Iterator[Term]:
+    """Yield the term with each constant in it one less and one greater."""
+    yield from with_other_part(term, _changed_constant)
+
+
+def _changed_constant(term: Term) -> Iterator[Term]:
+    if isinstance(term, Constant):
+        yield from (Constant(int(term.constant) + step) for step in (-1, 1))
+
+
+def other_calculations(term: Term) -> Iterator[Term]:
+    """Yield the term with the other sign of each part, and with `max` in place of `min`; only on its outside."""
+    match term:
+        case Sum(parts):
+            for index, (sign, part) in enumerate(parts):
+                if index:
+                    yield Sum.of(replaced(parts, index, (-sign, part)))
+        case Extreme(kind, terms):
+            other = ExtremeKind.GREATEST if kind is ExtremeKind.LEAST else ExtremeKind.LEAST
+            yield Extreme(other, terms)
+        case Reference() | Constant():
+            return
+        case _:
+            assert_never(term)
+
+
+def can_meet(left: Term, right: Term, space: StateSpace) -> bool:
+    """Return whether two integer terms may have a common value, which a model file asks for (semantics 2.2)."""
+    domains = {name: space[name].domain for name in (*left.reads(), *right.reads())}
+    (low, high), (least, most) = bounds(left, domains), bounds(right, domains)
+    return max(low, least) <= min(high, most)
