@@ -33,7 +33,7 @@ from scbm.model.bindings import (
     TopicPair,
 )
 from scbm.model.diagnostics import Diagnostic, InputError, Place, ScbmError, Severity
-from scbm.model.durations import format_duration, format_moment
+from scbm.model.durations import format_duration, format_moment, stable_durations
 from scbm.model.environment import EnvironmentTransition, Rate, RateKind
 from scbm.model.operations import Action, Add, Assign, Operation, Transition
 from scbm.model.packing import Packing
@@ -158,4 +158,5 @@ __all__ = [
     "format_duration",
     "format_moment",
     "format_value",
+    "stable_durations",
 ]

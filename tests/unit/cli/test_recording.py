@@ -91,6 +91,20 @@ def test_results_are_added_and_the_rest_of_the_files_stays(cell: Cell, scbm: Scb
     assert cell.case("plain") == PLAIN + RESULT
 
 
+@pytest.mark.parametrize("time", ["1500 ms", "1.5 s", "1.500 seconds", "1500000 us"])
+def test_recorded_times_are_compared_by_their_values(cell: Cell, scbm: Scbm, time: str) -> None:
+    slow = MODEL.replace("latency: 1 s", "latency: 1500 ms")
+    cell.model.write_text(slow, encoding="utf-8")
+    recorded = PLAIN + RESULT.replace("time: 1 s", f"time: {time}")
+    cell.case("plain", recorded)
+    assert scbm("test", cell.model, cell.cases / "plain.yaml").code == 0
+    assert scbm("test", cell.model, cell.cases / "plain.yaml", "--update").code == 0
+    assert cell.case("plain") == recorded, "an equal result leaves the file as it is"
+    cell.case("plain", PLAIN)
+    assert scbm("test", cell.model, cell.cases / "plain.yaml", "--record").code == 0
+    assert cell.case("plain") == PLAIN + RESULT.replace("time: 1 s", "time: 1.5 s")
+
+
 def test_a_change_of_the_model_is_noticed_and_can_be_accepted(cell: Cell, scbm: Scbm, wording: Wording) -> None:
     scbm("test", cell.model, cell.cases, "--record")
     before = cell.case("failing")

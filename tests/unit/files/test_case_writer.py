@@ -61,7 +61,7 @@ def test_a_rule_for_ever_stands_alone_or_at_the_end() -> None:
     assert outcomes(OutcomeRule("arm", 1, None, FAIL)) == "  arm: fail\n"
     assert outcomes(OutcomeRule("arm", 3, None, FAIL)) == "  arm: {outcome: fail, from: 3}\n"
     both = OutcomeRule("arm", 1, 1, TIMEOUT), OutcomeRule("arm", 9, None, FAIL, 1_500_000)
-    assert outcomes(*both) == "  arm:\n    - timeout\n    - {outcome: fail, after: 1500 us, from: 9}\n"
+    assert outcomes(*both) == "  arm:\n    - timeout\n    - {outcome: fail, after: 1.5 ms, from: 9}\n"
 
 
 def test_of_rules_for_one_request_the_first_is_written() -> None:

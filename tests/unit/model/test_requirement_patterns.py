@@ -31,7 +31,7 @@ def test_a_pattern_is_written_without_and_with_each_optional_part() -> None:
     ("values", "text"),
     [
         ((P, 0, None, None, R), "a == true at most 0 times until c == true"),
-        ((P, 12, 1_500_000_000, Q, R), "a == true at most 12 times within 1500 ms of b == true until c == true"),
+        ((P, 12, 1_500_000_000, Q, R), "a == true at most 12 times within 1.5 s of b == true until c == true"),
     ],
     ids=["without", "with"],
 )
