@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from hypothesis import given
 from hypothesis import strategies as st
 
+from scbm.closing.advice.handshake_doubts import doubts_about_handshakes
+from scbm.closing.advice.request_doubts import doubts_about_requests
 from scbm.files import digest_of, read_model, write_model
 from support.profiles import examples
 
@@ -111,12 +113,41 @@ def failures(written: list[Written]) -> str:
     )
 
 
-@given(st.integers(1, 4).flatmap(lambda number: st.tuples(*(operations(f"go_{n}") for n in range(number)))))
+MODELS = st.integers(1, 4).flatmap(lambda number: st.tuples(*(operations(f"go_{n}") for n in range(number))))
+RULE = "automatic_transitions:\n  rule: {g: n == 3, a: [n <- 0]}\n"
+
+
+@given(MODELS)
 @examples(300)
 def test_the_expansion_equals_a_naive_one(written: tuple[Written, ...]) -> None:
-    rule = "automatic_transitions:\n  rule: {g: n == 3, a: [n <- 0]}\n"
-    short = read_model(f"{HEAD}{''.join(each.short() for each in written)}{rule}")
-    long = read_model(f"{HEAD}{''.join(each.long() for each in written)}{rule}{failures(list(written))}")
+    short = read_model(f"{HEAD}{''.join(each.short() for each in written)}{RULE}")
+    long = read_model(f"{HEAD}{''.join(each.long() for each in written)}{RULE}{failures(list(written))}")
     assert short == long
     assert digest_of(short) == digest_of(long)
     assert write_model(short) == write_model(long)
+
+
+@given(MODELS)
+@examples(300)
+def test_whole_handshakes_raise_no_doubt(written: tuple[Written, ...]) -> None:
+    model = read_model(f"{HEAD}{''.join(each.long() for each in written)}{RULE}{failures(list(written))}")
+    assert not [*doubts_about_requests(model), *doubts_about_handshakes(model)]
+
+
+def _lines(written: Written) -> dict[str, str]:
+    """Return the lines of the protocol of an operation, each with the key of the transition that has it."""
+    state, trigger = f"{written.resource}_req_state", f"{written.resource}_req_trigger"
+    lines = {f"{state} == initial && ": "g", f" && {trigger} == false": "g", f"'{trigger} <- true', ": "a"}
+    return lines if written.payload else {line: key for line, key in lines.items() if "<-" not in line}
+
+
+@given(MODELS, st.data())
+@examples(300)
+def test_a_missing_line_of_an_operation_raises_one_doubt(written: tuple[Written, ...], data: st.DataObject) -> None:
+    changed = data.draw(st.sampled_from(written))
+    line, key = data.draw(st.sampled_from(sorted(_lines(changed).items())))
+    assert line in changed.long()
+    lacking = [each.long().replace(line, "", 1) if each is changed else each.long() for each in written]
+    model = read_model(f"{HEAD}{''.join(lacking)}{RULE}{failures(list(written))}")
+    (doubt,) = doubts_about_handshakes(model)
+    assert doubt.path == ("operations", changed.name, "pre", key)

@@ -232,6 +232,11 @@ def _reads(operation: Operation) -> Iterator[str]:
         yield from transition.running_guard.reads()
 
 
+def assigns(actions: Iterable[Action], name: str) -> bool:
+    """Return whether an action assigns a variable."""
+    return any(action.target == name for action in actions)
+
+
 def sets(actions: Iterable[Action], resource: Resource) -> bool:
     """Return whether an action can make the trigger of a resource true."""
     return any(each.target == resource.trigger and not _is_assignment(each, each.target, False) for each in actions)

@@ -2,23 +2,25 @@
 
 Only what has all other lines of the protocol is doubted: operations and failures that follow a protocol of their own
 raise no doubt. A transition that replaces a generated one, as it has its name, needs all its lines.
-Triggers that ends of operations leave true are doubts of `request_doubts`.
+Triggers that ends of operations leave true are doubts of `request_doubts`, and values of requests that nothing says are
+doubts of `command_doubts`.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scbm.closing.advice.command_doubts import doubts_about_commands
 from scbm.closing.advice.doubts import Doubt, completes_at_once
 from scbm.closing.proofs.blame import conjuncts
 from scbm.model import Assign, Constant, Equal, OperationState, Reference, RequestState, Slug
 from scbm.model.variables import CURRENT_STATE, operation_state_name
-from scbm.testing.request_protocol import clears, sets
+from scbm.testing.request_protocol import assigns, clears, sets
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
-    from scbm.model import Action, BehaviorModel, Operation, Predicate, Resource, Transition, Value
+    from scbm.model import BehaviorModel, Operation, Predicate, Resource, Transition, Value
 
 
 _HABIT = 2
@@ -31,7 +33,8 @@ def doubts_about_handshakes(model: BehaviorModel) -> Iterator[Doubt]:
         for resource in model.resources:
             yield from _doubts_about_operation(operation, resource, model)
     for resource in model.resources:
-        yield from _doubts_about_habits(resource, model)
+        yield from _doubts_about_triggers(resource, model)
+    yield from doubts_about_commands(model)
     for resource in model.resources:
         for path, transition in _failures(model):
             yield from _doubts_about_failure(path, transition, resource, model)
@@ -48,7 +51,7 @@ def _doubts_about_operation(operation: Operation, resource: Resource, model: Beh
         "trigger": triggers,
         "free": resource.request_state in before.running_guard.reads(),
         "reply": not completes_at_once(operation),
-        "reset": _assigns(after.running_actions, resource.request_state),
+        "reset": assigns(after.running_actions, resource.request_state),
         "clear": clears(after.running_actions, resource),
     }
     missing = [line for line, is_there in lines.items() if not is_there]
@@ -76,20 +79,30 @@ def _doubts_about_operation(operation: Operation, resource: Resource, model: Beh
             pass
 
 
-def _doubts_about_habits(resource: Resource, model: BehaviorModel) -> Iterator[Doubt]:
-    """Yield a doubt for the one operation that lacks what at least two others, and all of them, say of a resource."""
+def _doubts_about_triggers(resource: Resource, model: BehaviorModel) -> Iterator[Doubt]:
+    """Yield a doubt for each operation that reads the request state of a resource before it starts, not the trigger.
+
+    The operation has all other lines of the protocol, or all others of the resource read the trigger, at least two.
+    """
     users = [operation for operation in model.operations if sets(operation.pre.running_actions, resource)]
     unguarded = [each for each in users if resource.trigger not in each.pre.running_guard.reads()]
-    if _is_odd_one(unguarded, users) and resource.request_state in unguarded[0].pre.running_guard.reads():
-        message = f"{unguarded[0].name} triggers a request, and no guard reads {resource.trigger}, as all others do"
-        path = ("operations", unguarded[0].name, "pre", "g")
-        yield _doubt(message, path, f"add `{resource.trigger} == false` to `g` of `pre`")
-    for name in resource.request:
-        silent = [each for each in users if not _assigns(each.pre.running_actions, name)]
-        if _is_odd_one(silent, users):
-            message = f"{silent[0].name} does not say which {name} it sends to {resource.name}, as all others do"
-            remedy = f"add `{name} <- <value>` to `a` of `pre`; `{name} <- {name}` sends the value that it has"
-            yield _doubt(message, ("operations", silent[0].name, "pre", "a"), remedy)
+    for operation in unguarded:
+        is_expected = _follows(operation, resource, model) or _is_odd_one(unguarded, users)
+        if is_expected and resource.request_state in operation.pre.running_guard.reads():
+            message = (
+                f"{operation.name} triggers a request, and no guard reads {resource.trigger}: "
+                f"{resource.request_state} alone does not show a request that is triggered and not sent yet"
+            )
+            path = ("operations", operation.name, "pre", "g")
+            yield _doubt(message, path, f"add `{resource.trigger} == false` to `g` of `pre`")
+
+
+def _follows(operation: Operation, resource: Resource, model: BehaviorModel) -> bool:
+    """Return whether an operation waits for the reply to its request and leaves the resource free."""
+    after = operation.post
+    is_reset = assigns(after.running_actions, resource.request_state)
+    is_free = is_reset or _is_reset_elsewhere(resource, RequestState.FAILED, after, model)
+    return not completes_at_once(operation) and is_free and clears(after.running_actions, resource)
 
 
 def _is_odd_one(odd: Sequence[Operation], users: Sequence[Operation]) -> bool:
@@ -122,13 +135,15 @@ def _doubts_about_failure(
     actions = transition.running_actions
     states = (CURRENT_STATE, *(operation_state_name(operation.name) for operation in model.operations))
     executing = OperationState.EXECUTING.value
-    fails = path[-1] == "failed" or any(_assigns(actions, state) for state in states)
+    fails = path[0] == "operations" or any(assigns(actions, state) for state in states)
     lines = {
         "fail": fails or not (is_named or any(_is(transition.running_guard, state, executing) for state in states)),
-        "reset": _assigns(actions, resource.request_state),
+        "reset": assigns(actions, resource.request_state),
         "clear": clears(actions, resource),
     }
     missing = [line for line, is_there in lines.items() if not is_there]
+    if path[0] != "operations" and (is_named or (fails and not missing)):
+        yield from _doubts_about_executing(path, transition, resource, states)
     if len(missing) > 1 and not is_named:
         return
     if "fail" in missing:
@@ -140,6 +155,26 @@ def _doubts_about_failure(
     if "clear" in missing and ("fail" in missing or not _names_operation(transition, model)):
         message = f"{transition.name} leaves {resource.trigger} true, so the request is sent again at once"
         yield _doubt(message, path, f"add `{resource.trigger} <- false` to its actions")
+
+
+def _doubts_about_executing(
+    path: tuple[str, ...], transition: Transition, resource: Resource, states: Sequence[str]
+) -> Iterator[Doubt]:
+    """Yield a doubt if the guard of an automatic transition says nothing about the states of operations.
+
+    Where the transition assigns `failed`, runs are the same without the line: the runner takes it only while the
+    operation executes (semantics 1.3).
+    """
+    if any(state in transition.running_guard.reads() for state in states):
+        return
+    if any(assigns(transition.running_actions, state) for state in states):
+        message = (
+            f"{transition.name} fails an operation, and no guard says that the operation executes: "
+            f"the runner takes {transition.name} only then all the same"
+        )
+    else:
+        message = f"{transition.name} takes failed replies of {resource.name} also while no operation executes"
+    yield _doubt(message, (*path, "g"), "add `current.state == executing` to its guard")
 
 
 def _stands_for_generated(path: tuple[str, ...], resource: Resource, model: BehaviorModel) -> bool:
@@ -181,10 +216,6 @@ def _names_operation(transition: Transition, model: BehaviorModel) -> bool:
 def _is(guard: Predicate, name: str, value: Value) -> bool:
     """Return whether a guard says that a variable has a value, apart from other conditions."""
     return Equal(Reference(name), Constant(value)) in conjuncts(guard)
-
-
-def _assigns(actions: Iterable[Action], name: str) -> bool:
-    return any(action.target == name for action in actions)
 
 
 def _is_reset_elsewhere(resource: Resource, other: RequestState, here: Transition, model: BehaviorModel) -> bool:
