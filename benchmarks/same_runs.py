@@ -52,9 +52,7 @@ def main() -> None:
             print(f"{case.name}: {difference}")
     late_ms = [_lag_ns(real, tester.execute(case)) / _MS_NS for case, real in zip(cases, executions, strict=True)]
     same = found.count(None)
-    print(
-        f"{same} of {len(cases)} runs are the same, in {took_s:.1f} s, {options.time_scale} times faster than the wall"
-    )
+    print(f"{same} of {len(cases)} runs are the same, in {took_s:.1f} s, at a time scale of {options.time_scale}")
     print(f"a step came {sorted(late_ms)[len(late_ms) // 2]:.2f} ms of the run late, the median of all cases")
 
 

@@ -198,7 +198,7 @@ def test_a_reply_to_a_controller_that_is_gone_is_not_taken_by_its_successor(
     arm.says("arm gets run_.*-1")
     controller.kill()
     controller = cell.controller()
-    controller.says("lamp is there")
+    controller.says("lamp is reached")
     arm.says("arm answers run_.*-1: succeeded")
     controller.send(signal.SIGTERM)
     ended = controller.ends()
@@ -287,7 +287,7 @@ def test_resources_that_are_ended_are_missed_at_once(
 ) -> None:
     monkeypatch.setenv("CYCLONEDDS_URI", LONG_LEASE)
     controller, arm, _lamp = cell.controller(), cell.resources("arm"), cell.resources("lamp")
-    controller.says("arm is there")
+    controller.says("arm is reached")
     arm.send(stop)
     controller.says("arm is not there")
     ended = arm.ends()

@@ -622,8 +622,8 @@ def _alone(execution: Execution, kept: Sequence[Execution], before: Merit) -> in
 def _what_stopped(runs: AllRuns, others: Iterable[AllRuns], bit: int) -> str:
     if runs.other_planner is not None:
         return (
-            f"no case that visits it was found; under the planner `{runs.other_planner}` only proofs count that hold "
-            f"whichever plan is chosen, and there is none: `--planner {DEFAULT_PLANNER}` explores all runs"
+            f"no case that visits it was found, and no proof about all plans excludes it; runs of the planner "
+            f"`{runs.other_planner}` were not explored: `--planner {DEFAULT_PLANNER}` explores all runs"
         )
     is_visited = any((each.visited | each.cut_off) & bit for each in (runs, *others))
     if not is_visited and runs.stopped is None and runs.model.runs.plans is PlanSet.SHORTEST:

@@ -355,7 +355,7 @@ def consequences_of_force(closing: Closing, again: Callable[[str], str]) -> tupl
 
 def _end_sentence(end: End, execution: Execution) -> str:
     if end is End.TIME_LIMIT:
-        return "ends at the time limit: neither is the goal reached nor is the run given up before"
+        return "ends at the time limit: it neither reaches the goal nor aborts before"
     last = run_end(execution.trace.records)
     detail = () if last is None else last.detail
     if end is End.LIVELOCK:

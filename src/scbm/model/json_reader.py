@@ -72,7 +72,7 @@ def read_json(text: str, max_characters: int) -> object:
         raise JsonError("this JSON is nested too deeply") from None
     except UnicodeEncodeError:
         position = next((match.start() for match in _SURROGATES.finditer(text) if match[1]), 0)
-        raise JsonError("here is half of a surrogate pair, which is not a character", position) from None
+        raise JsonError("a lone surrogate code unit is not a character", position) from None
     except ValueError:  # Python refuses to read integers of more than 4,300 digits
         raise JsonError("this JSON holds a number with too many digits") from None
     return value

@@ -91,7 +91,7 @@ def _write_facts(argument: StructureArgument) -> list[str]:
 def _read_values(parts: CertificateParts, document: dict[str, Any]) -> ValuesArgument:
     value: object = document["values"]
     if not isinstance(value, dict):
-        parts.refuse(("values",), "here is an object of variables, each with a list of values")
+        parts.refuse(("values",), "expected an object of variables, each with a list of values")
     sets: Iterable[tuple[str, tuple[Value, ...]]] = (
         (parts.word(name, ("values",)), parts.values(values, ("values", name))) for name, values in value.items()
     )
@@ -137,7 +137,7 @@ def _read_situation(parts: CertificateParts, value: object, path: JsonPath, *, i
     if len(value) < _MAX_PARTS:
         return Situation(values, queue, in_flight)
     if not isinstance(value[3], str) or value[3] not in _AWAITS:
-        parts.refuse((*path, 3), f"what a situation awaits is one of {', '.join(_AWAITS)}")
+        parts.refuse((*path, 3), f"the awaited thing of a situation is one of {', '.join(_AWAITS)}")
     return Situation(values, queue, in_flight, _AWAITS[value[3]])
 
 

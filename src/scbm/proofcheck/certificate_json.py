@@ -152,7 +152,7 @@ class CertificateParts:
         }
         for key, words in known.items():
             if document[key] not in tuple(words):
-                raise _FaultError((key,), f"here is one of: {', '.join(words)}")
+                raise _FaultError((key,), f"expected one of: {', '.join(words)}")
 
     def _planner(self, document: dict[str, Any], kind: str, path: JsonPath) -> PlannerIdentity | None:
         """Return the planner that a certificate names; older ones of all runs are about the first planner."""
@@ -201,13 +201,13 @@ class CertificateParts:
         if isinstance(value, str) and value in self._words:
             return self._words[value]
         if not isinstance(value, str) or not value.isprintable() or not 0 < len(value) <= MAX_WORD:
-            raise _FaultError(path, f"here is a text of one line with 1 to {MAX_WORD} characters")
+            raise _FaultError(path, f"expected a text of one line with 1 to {MAX_WORD} characters")
         return self._words.setdefault(value, value)
 
     def each(self, value: object, path: JsonPath, read: Callable[[Any, JsonPath], Part]) -> tuple[Part, ...]:
         """All elements of a list; what is wrong with one of them is kept, and the others are read."""
         if not isinstance(value, list):
-            raise _FaultError(path, "here is a list")
+            raise _FaultError(path, "expected a list")
         parts: list[Part] = []
         for index, element in enumerate(value):
             try:
@@ -240,7 +240,7 @@ class CertificateParts:
     def keys(self, value: object, keys: tuple[str, ...], path: JsonPath) -> dict[str, Any]:
         """Return an object that has exactly these keys."""
         if not isinstance(value, dict):
-            raise _FaultError(path, f"here is an object with the keys {', '.join(keys)}")
+            raise _FaultError(path, f"expected an object with the keys {', '.join(keys)}")
         for key in keys:
             if key not in value:
                 raise _FaultError(path, f"the key `{key}` is missing")

@@ -267,7 +267,7 @@ def _what_is_malformed(
         return reason
     resources = [resource.name for resource in model.resources]
     if [*dict.fromkeys(n for n in situation.in_flight if n in resources)] != [*situation.in_flight]:
-        return "what is in flight is not some of the resources, each once"
+        return "its requests in flight do not name resources of the model, each once"
     return _what_contradicts(situation, dict(zip(variables, situation.values, strict=True)))
 
 

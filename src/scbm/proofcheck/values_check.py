@@ -323,7 +323,7 @@ def _is_part(values: tuple[Value, ...], variable: Variable) -> bool:
 def _check_closed(sets: Sets, model: BehaviorModel) -> list[CertificateFlaw]:
     """Return a flaw for each value that a possible step gives and that the sets do not have."""
     flaws = (
-        CertificateFlaw(name, f"{format_value(value)} is not among its values, but it gets it by {possible.what}")
+        CertificateFlaw(name, f"{format_value(value)} is not among its values, but {possible.what} can set it")
         for possible in all_possible(sets, model)
         for name, value in possible.gives
         if value not in sets[name]
@@ -337,7 +337,7 @@ def _check_claims(claimed: Sequence[ClaimedObligation], sets: Sets, model: Behav
         for obligation in possible.visits:
             visited_by.setdefault(obligation, possible.what)
     return [
-        CertificateFlaw(f"claim {obligation}", f"these values allow it to be visited by {visited_by[obligation]}")
+        CertificateFlaw(f"claim {obligation}", f"with these values, {visited_by[obligation]} can visit it")
         for obligation in claimed
         if obligation in visited_by
     ]

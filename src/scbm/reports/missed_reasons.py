@@ -94,7 +94,7 @@ class _MissedReasons:
         """Return what did not happen to an operation that executed."""
         deadline_ns = self.model.operation(obligation.subject).deadline_ns
         if obligation.aspect is Aspect.FAILED:
-            return "and nothing failed it"
+            return "and it never failed"
         if obligation.aspect is Aspect.COMPLETED:
             return "and it never completed"
         if deadline_ns is None:

@@ -19,7 +19,7 @@ MAX_MACRO_STEPS = 50_000
 """Maximum number of macro-steps that are memoized for one goal: some 50 MB."""
 
 MAX_TAKEN = 50
-"""Maximum number of automatic transitions in a macro-step; where they go round without end, the runner takes over."""
+"""Maximum number of automatic transitions in a macro-step; where they repeat without end, the runner takes over."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

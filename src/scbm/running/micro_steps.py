@@ -110,8 +110,8 @@ def describe_cycle(names: Sequence[str]) -> str:
     if tuple(names) == (NO_TIME_PASSES,):
         return "requests are sent and answered without end, and no time passes: give the resources a latency"
     if len(names) > 1 and names[0] == names[-1]:
-        return f"automatic transitions go round without end: {' -> '.join(names)}"
-    return f"too many automatic transitions in a row, though they do not go round: {', '.join(names)}"
+        return f"automatic transitions repeat without end: {' -> '.join(names)}"
+    return f"too many automatic transitions in a row, though no state repeats: {', '.join(names)}"
 
 
 class RequestSending(NamedTuple):

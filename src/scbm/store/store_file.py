@@ -255,7 +255,7 @@ def has_tables(connection: sqlite3.Connection, path: Path) -> bool:
         raise _damaged(path, "its version is missing")
     newest = newest_version()
     if version > newest:
-        message = f"this store was written by a newer scbm: its version is {version}, and this scbm knows {newest}"
+        message = f"a newer scbm wrote this store: its version is {version}, and this scbm reads up to {newest}"
         raise problem(Slug.STORE_NEWER, path, message, "update scbm")
     return True
 

@@ -132,7 +132,7 @@ class Choice:
     otherwise: str
 
     def __str__(self) -> str:
-        return f"{self.text}; it does not fail {self.otherwise}"
+        return f"{self.text}; no such failure {self.otherwise}"
 
 
 def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]]:

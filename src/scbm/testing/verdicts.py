@@ -61,7 +61,7 @@ def find_unmet(
         until: these records behind all earlier ones of the case; by default `records`.
     """
     if expect.verdict not in (None, end):
-        yield "verdict", f"expected the run to end {_words(expect.verdict)}, and it ended {_words(end)}"
+        yield "verdict", f"expected the run to end {_words(expect.verdict)}, but it ended {_words(end)}"
     if expect.plan is not None:
         yield from (("plan", message) for message in _plan(expect.plan, records))
     if expect.order:
@@ -124,7 +124,7 @@ def _order(expected: tuple[str, ...], records: Sequence[Record]) -> Iterator[str
 
 def _final(predicate: Predicate, state: dict[str, Value]) -> str:
     values = ", ".join(f"{name} == {format_value(state[name])}" for name in predicate.reads())
-    return f"expected {predicate} at the end, and it ends with {values or 'something else'}"
+    return f"expected {predicate} at the end, but it ends with {values or 'something else'}"
 
 
 class FailureKind(StrEnum):

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scbm.running.program import RequestLine
 
 WAITING_ENDS = (End.TIME_LIMIT, End.REPLAN_LIMIT, End.UNSOLVABLE)
-"""The ends of runs that wait, or go round without end. A run that ends otherwise has not waited for a change."""
+"""The ends of runs that wait, or repeat without end. A run that ends otherwise has not waited for a change."""
 
 _MOST_SITUATIONS = 5_000
 """Maximum number of situations of one search: a fraction of a second. What a longer search finds is unknown."""

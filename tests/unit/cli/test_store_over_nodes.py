@@ -57,7 +57,7 @@ def store(scbm: Scbm, model: Path, tmp_path: Path) -> Path:
 
 SCANS = read_model(SCAN_CELL)
 BINDINGS = "bindings_of: scan_cell\nresources: {scan: {topics: {request: /scan/request, reply: /scan/reply}}}\n"
-WHERE = "over loopback, 20 times faster than the wall"
+WHERE = "over loopback, 20 times faster than the wall clock"
 
 
 def test_a_store_shows_the_very_runs_that_the_saved_logs_are_of(store: Path, model: Path, tmp_path: Path) -> None:

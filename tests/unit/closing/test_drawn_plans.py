@@ -116,7 +116,7 @@ def test_what_no_shortest_plan_visits_is_excluded_with_that_set_of_plans() -> No
     (reason,) = {d.reason for d in closing.decided if str(d.obligation) == "put_back/executing"}
     assert reason == "put_back is in no shortest plan to the only goal"
     assert "Plans are any shortest ones." in assumed_by([certificate], model)
-    assert any("assumes any shortest plans" in sentence for sentence in closing.assumptions)
+    assert any("assume any shortest plans" in sentence for sentence in closing.assumptions)
 
 
 def test_a_certificate_about_shortest_plans_holds_for_canonical_ones_and_not_the_other_way_round() -> None:

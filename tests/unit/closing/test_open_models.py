@@ -101,7 +101,7 @@ def test_assumptions_name_transitions_shared_resources_and_values_that_never_com
     certificates = [certificate for _, certificate in Closer(model).close().certificates]
     found = "\n".join(assumed_by(certificates, model))
     assert "only environment transitions change these: stop, door." in found
-    assert "Others use these resources, while no request to them is in flight: scanner." in found
+    assert "Other users may occupy these resources while no request to them is in flight: scanner." in found
     assert "The resource scanner sends only these for item: none, box." in found
     assert "Inputs change" not in found
     assert "Only the model" not in found

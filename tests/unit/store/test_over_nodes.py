@@ -143,11 +143,11 @@ def test_where_nodes_met_and_how_fast_makes_no_other_case_and_the_last_run_is_sh
     one, two = real_run(MODEL, case), real_run(MODEL, case, chance=78)
     assert one.digest != two.digest
     add(path, nodes_run(order[0]), one)
-    add(path, nodes_run(order[1], "over loopback, 20 times faster than the wall"), two)
+    add(path, nodes_run(order[1], "over loopback, 20 times faster than the wall clock"), two)
     history = read_history(path)
     (stored,) = history.cases
     assert stored.visited == one.visited | two.visited
-    assert history.where(stored) == "over loopback, 20 times faster than the wall"
+    assert history.where(stored) == "over loopback, 20 times faster than the wall clock"
     assert shown(history) == [two.digest]
 
 

@@ -82,7 +82,7 @@ def test_a_run_that_is_lost_is_not_passed_visited_nothing_and_the_next_goes_on(w
 
 
 class Late(Simulates):
-    """Runs cases with a plan that takes five seconds, a thousand times faster than the wall."""
+    """Runs cases with a plan that takes five seconds, a thousand times faster than the wall clock."""
 
     def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         done = super().run(case, choices, options)

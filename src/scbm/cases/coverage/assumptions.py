@@ -49,7 +49,7 @@ def _sentences(
     elif Decision.UNCOVERABLE not in decisions:
         yield f"Plans are {'any shortest ones' if is_shortest else f'those of the planner {planner}'}."
     else:
-        yield f"What is excluded by the planner assumes {excluding}; all else, any plans."
+        yield f"Exclusions by the planner assume {excluding}; all other proofs hold for any plans."
     yield from _changes_from_outside(model)
     if not outside_groups(model):
         yield "Only the model and replies to its requests change variables."
@@ -67,11 +67,11 @@ def _changes_from_outside(model: BehaviorModel) -> Iterator[str]:
     if free:
         yield f"Inputs change to any value, whenever the runner is settled: {', '.join(free)}."
     if guarded:
-        yield f"Of what is outside the model, only environment transitions change these: {', '.join(guarded)}."
+        yield f"From outside the model, only environment transitions change these: {', '.join(guarded)}."
     for resource in model.resources:
         published = [name for name in published_by(resource, model) if name not in guarded]
         if published:
-            yield f"The resource {resource.name} changes these unasked: {', '.join(published)}."
+            yield f"The resource {resource.name} may change these without a request: {', '.join(published)}."
     shared = [resource.name for resource in model.resources if resource.shared]
     if shared:
-        yield f"Others use these resources, while no request to them is in flight: {', '.join(shared)}."
+        yield f"Other users may occupy these resources while no request to them is in flight: {', '.join(shared)}."

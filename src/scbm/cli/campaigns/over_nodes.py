@@ -110,7 +110,7 @@ _PLAIN = {
     Lack.TIME_SCALE: "leave `--time-scale` out",
     Lack.CHILD: "see its output above",
     Lack.UNREADABLE: "stop that process: all nodes of a cell are of one version of scbm",
-    Lack.DRIVER: "start its driver in this domain, once, or correct its binding",
+    Lack.DRIVER: "start one driver of it in this domain, or correct its binding",
 }
 _OF_CHILDREN = {
     Lack.MODEL: "the model file was changed meanwhile: run this again",

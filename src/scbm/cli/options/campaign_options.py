@@ -67,7 +67,7 @@ def refuse_asserted(thresholds: Sequence[Threshold], store: Path | None, *, is_o
     """Raise `InputError` for a threshold of asserted obligations where no results of mutants can be known."""
     if not asks_for_asserted(thresholds) or (store is not None and not is_over_nodes):
         return
-    message = "whether obligations are asserted is known from results of `scbm mutate` in a store"
+    message = "the threshold `asserted` needs results of `scbm mutate` in a store"
     remedy = "add `--store FILE`, and fill it by `scbm mutate` with the same cases and the same store"
     if is_over_nodes:
         message, remedy = "mutants run in simulation, and the cases of this command do not", "leave `asserted` out"

@@ -13,25 +13,25 @@ DEFAULT_LIMITS = CloseLimits()
 MaxStates = Annotated[
     int,
     HelpSection.LIMITS.option(
-        "--max-states", metavar="N", min=1, help="Maximum number of explored situations of runs."
+        "--max-states", metavar="N", min=1, help="Maximum number of situations in the graph of all runs."
     ),
 ]
 MaxPlanning = Annotated[
     int,
     HelpSection.LIMITS.option(
-        "--max-planning", metavar="N", min=1, help="Maximum number of states to plan all runs for one goal."
+        "--max-planning", metavar="N", min=1, help="Maximum number of states for planning all runs to one goal."
     ),
 ]
 MaxRandom = Annotated[
     int,
     HelpSection.LIMITS.option(
-        "--max-random", metavar="N", min=0, help="Maximum number of random cases of the search, if runs are many."
+        "--max-random", metavar="N", min=0, help="Maximum number of random cases if there are too many runs to explore."
     ),
 ]
 MaxChanges = Annotated[
     int,
     HelpSection.LIMITS.option(
-        "--max-changes", metavar="N", min=0, help="Maximum number of changed cases after them, if runs are many."
+        "--max-changes", metavar="N", min=0, help="Maximum number of changed cases after the random cases."
     ),
 ]
 

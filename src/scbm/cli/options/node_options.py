@@ -223,20 +223,20 @@ class NodeOptions:
     @property
     def words(self) -> str:
         """A description of the nodes, for the report."""
-        fast = "" if self.time_scale == 1 else f", {float(self.time_scale):g} times faster than the wall"
+        fast = "" if self.time_scale == 1 else f", {float(self.time_scale):g} times faster than the wall clock"
         return f"over {self.where}{fast}"
 
 
 def refuse_without_transport(options: Mapping[str, object]) -> None:
     """Raise `InputError` for options about nodes without `--transport`."""
-    message = "this is for runs over nodes, and the cases run in simulation"
+    message = "this option is for runs over nodes, and these cases run in simulation"
     refuse_given(options, message, f"add {' or '.join(f'`--transport {name}`' for name in reversed(TRANSPORTS))}")
 
 
 def refuse_with_nodes(options: Mapping[str, object]) -> None:
     """Raise `InputError` for options of simulated campaigns where the cases run over nodes, one after the other."""
-    message = "this is for cases in simulation, and these run over nodes"
-    refuse_given(options, message, "leave it out, or leave out `--transport`")
+    message = "this option is for cases in simulation, and these cases run over nodes"
+    refuse_given(options, message, "leave out this option, or `--transport`")
 
 
 def refuse_in_one_process(transport: str, options: Mapping[str, object]) -> None:

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 Certificates = Annotated[
     list[Path] | None,
     HelpSection.VERDICTS.option(
-        "--certificates", metavar="DIRECTORY", help="Check these certificates, and count what they prove."
+        "--certificates",
+        metavar="DIRECTORY",
+        help="Check these certificates, and count the obligations that they exclude.",
     ),
 ]
 WaiversFile = Annotated[

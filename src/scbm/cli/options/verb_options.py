@@ -59,7 +59,7 @@ FailUnder = Annotated[
     HelpSection.VERDICTS.option(
         FAIL_UNDER,
         metavar="PERCENT",
-        help="Exit with 1 if fewer per cent are visited: `90`, `executing=100`, `coverable=100`, `asserted=80`.",
+        help="Exit with 1 if the visited percentage is lower: `90`, `executing=100`, `coverable=100`, `asserted=80`.",
     ),
 ]
 Json = Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")]
@@ -73,7 +73,7 @@ SuiteFiles = Annotated[
 Goals = Annotated[str | None, HelpSection.CASES.option("--goal", help="A goal's name, or a predicate. [all goals]")]
 StateValues = Annotated[
     list[str] | None,
-    HelpSection.CASES.option("--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."),
+    HelpSection.CASES.option("--state", metavar="VAR=VALUE", help="Change a variable of the nominal state."),
 ]
 CaseTimeLimit = Annotated[
     str | None,

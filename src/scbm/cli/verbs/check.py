@@ -24,7 +24,7 @@ def command(
     *,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if there are warnings.")] = False,
     thorough: Annotated[
-        bool, typer.Option("--thorough", help="Explore on where the exploration for warnings would end.")
+        bool, typer.Option("--thorough", help="Continue the exploration for warnings beyond its limit.")
     ] = False,
     bindings: Bindings = None,
     json: Json = False,

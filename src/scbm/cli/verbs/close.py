@@ -75,7 +75,7 @@ def command(
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
     json: Json = False,
 ) -> int:
-    """Generate cases for all that no case visits, or prove that no case can visit it. --check: check such proofs."""
+    """Generate cases for unvisited obligations, or prove that none can visit them. --check: check such proofs."""
     if check:
         return check_certificates(files or [], json=json)
     model = _only_model(files or [])
@@ -260,7 +260,7 @@ class _SuggestedGoals:
 
 
 def _unknown(name: str, goals: list[str]) -> Diagnostic:
-    message = f"no goal `{name}` is suggested" if goals else "no goal is suggested"
+    message = f"no suggested goal has the name `{name}`" if goals else "no goal is suggested"
     remedy = suggestion(name, [*goals, _ALL], "the suggested goals are") if goals else None
     return Diagnostic(Slug.UNKNOWN_GOAL, message, Place("--write", 1, 1, max(1, len(name))), remedy, name)
 

@@ -15,12 +15,13 @@ def command(
     stores: Annotated[list[Path], typer.Argument(metavar="STORE...", help="Coverage stores.", show_default=False)],
     *,
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="The store to write; it may be one of them.")
+        Path, typer.Option("--out", "-o", metavar="FILE", help="The store to write; it may be one of STORE.")
     ],
     across_edits: Annotated[
         bool,
         typer.Option(
-            "--across-edits", help="Take over what is unchanged in the model of the last store; list the rest."
+            "--across-edits",
+            help="Keep the visits that are still valid in the model of the last store; list the rest.",
         ),
     ] = False,
     json: Json = False,

@@ -17,7 +17,7 @@ ExampleName = StrEnum("ExampleName", list(EXAMPLES))  # type: ignore[misc] # myp
 
 _FIRST = ExampleName("gripper")
 
-_HELP = "What to start from: " + "; ".join(f"{name}, {cell.about}" for name, cell in EXAMPLES.items()) + "."
+_HELP = "The example to copy: " + "; ".join(f"{name}, {cell.about}" for name, cell in EXAMPLES.items()) + "."
 
 
 def command(

@@ -35,7 +35,7 @@ def command(
         HelpSection.VERDICTS.option(
             "--oracle",
             metavar="recorded",
-            help="Fail a case also if it does something else than on the model: `recorded`.",
+            help="Fail a case also if its run differs from its run on the model: `recorded`.",
         ),
     ] = None,
     fail_under: Annotated[
@@ -43,7 +43,7 @@ def command(
         HelpSection.VERDICTS.option(
             "--fail-under",
             metavar="PERCENT",
-            help="Exit with 1 if fewer per cent of the mutants are killed: `mutants=90`.",
+            help="Exit with 1 if the percentage of killed mutants is lower: `mutants=90`.",
         ),
     ] = None,
     operators: Annotated[

@@ -210,7 +210,7 @@ def _save(history: History, chosen: Iterable[int], directory: Path, writer: File
     if others:
         errors().line(f"{directory} has {counted(others, 'other case file')} too, so it is not the smallest suite.")
     for label, why in kept_back.items():
-        errors().line(f"{label} {why}, and is not saved.")
+        errors().line(f"{label} {why}; it is not saved.")
     return not others and not kept_back
 
 
@@ -218,4 +218,4 @@ def _unsaved(case: StoredCase, history: History) -> str:
     """Return why no file can repeat the run of a case; empty if a file can."""
     if case.is_earlier:
         return "was run on an earlier version of the model"
-    return f"ran {history.where(case)}, which no case file gives again" if case.is_over_nodes else ""
+    return f"ran {history.where(case)}, and no case file can repeat such a run" if case.is_over_nodes else ""

@@ -20,9 +20,7 @@ class SchemaKind(StrEnum):
 
 
 def command(
-    of: Annotated[
-        SchemaKind, typer.Argument(help="Which files: models, cases, bindings, waivers or parts.")
-    ] = SchemaKind.MODEL,
+    of: Annotated[SchemaKind, typer.Argument(help="The kind of files.")] = SchemaKind.MODEL,
 ) -> int:
     """Print the JSON Schema of model files, case files, files of bindings, of waivers or of parts."""
     schemas = {

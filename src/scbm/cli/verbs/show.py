@@ -17,7 +17,7 @@ def command(
     model: Model,
     *,
     expanded: Annotated[
-        bool, typer.Option("--expanded", help="Print the model with everything written out that the file says once.")
+        bool, typer.Option("--expanded", help="Print the model with its templates, parts and short forms written out.")
     ] = False,
     json: Json = False,
 ) -> int:

@@ -77,7 +77,7 @@ def command(
     select: Annotated[
         str | None,
         HelpSection.CASES.option(
-            "-k", metavar="EXPRESSION", help="Run the cases whose names hold this: `scan and not fast`."
+            "-k", metavar="EXPRESSION", help="Run the cases whose names match: `scan and not fast`."
         ),
     ] = None,
     last_failed: Annotated[

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _EXAMPLE = ", or an automatic transition like "
 """The text before an example of an automatic transition that would fail an operation."""
 
-_INTERLOCK = "an interlock can stay as it is: it does not count among what can be covered"
+_INTERLOCK = "an interlock can stay as it is: it does not count as coverable"
 
 _MAX_TRIED = 10
 """Maximum number of goals that are verified for one operation."""

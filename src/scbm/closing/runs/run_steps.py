@@ -563,7 +563,7 @@ class RunSteps:
     def _idle(self, state: int) -> tuple[int, tuple[int, ...]]:
         """Return what a runner without a goal visits from a packed state until it is settled, and the states then.
 
-        There is one such state, unless automatic transitions go round without end: then it is any one of the cycle.
+        There is one such state, unless automatic transitions repeat without end: then it is any one of the cycle.
         """
         visits = 0
         seen: dict[int, None] = {}

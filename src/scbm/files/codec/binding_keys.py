@@ -266,7 +266,7 @@ class BindingReader:
                 continue
             topic, is_best_effort = measured.topic, measured.is_best_effort
             if topic and reliability.setdefault(topic, is_best_effort) != is_best_effort:
-                message = f"`{topic}` is best effort for one variable, and not for another"
+                message = f"`{topic}` has `best_effort: true` for one variable, and not for another"
                 remedy = "write the same `best_effort` for all variables of one topic"
                 self._reader.add(Slug.BAD_BINDING, message, entry.place, remedy)
             yield measured

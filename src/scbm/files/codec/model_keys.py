@@ -220,7 +220,7 @@ def _read_reason(reader: ValueReader, node: YamlNode, text: str) -> str | None:
     """Return a reason in words; note a number or a truth value, which gives none."""
     if text.strip() and not isinstance(node.plain, str):
         remedy = "write why the requirement does not hold: `an operator clears each fault`"
-        reader.add(Slug.WRONG_TYPE, f"a reason is a text, and here is `{text}`", node.place, remedy)
+        reader.add(Slug.WRONG_TYPE, f"a reason must be a text, not `{text}`", node.place, remedy)
         return None
     return TEXT.reader(reader, node, text)
 

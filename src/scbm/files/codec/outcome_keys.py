@@ -223,7 +223,7 @@ class RuleReader:
     def _alone(self, subject: str, keys: OutcomeKeys) -> Iterator[OutcomeRule]:
         """Yield a rule that is not in a list: of every request, or of those from a number on."""
         if keys.has("times"):
-            message = "`times` counts in a list, and here is none"
+            message = "`times` is for entries of a list, and this is not one"
             remedy = f"put a `- ` before it: `- {{outcome: …, times: {keys.node.items['times'].text}}}`"
             self._reader.add(Slug.WRONG_SHAPE, message, keys.place("times"), remedy)
         yield from self._rule(subject, keys, keys.from_, None)

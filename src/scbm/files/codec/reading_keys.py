@@ -225,7 +225,7 @@ FIELD_READING = ScalarOrMappingType(
 
 def _best_effort(reader: ValueReader, node: YamlNode, text: str) -> bool:
     if not isinstance(node.plain, bool):
-        reader.add(Slug.WRONG_TYPE, f"`best_effort` is true or false, and here is `{text}`", node.place)
+        reader.add(Slug.WRONG_TYPE, f"`best_effort` must be true or false, not `{text}`", node.place)
     return node.plain is True
 
 
@@ -271,10 +271,10 @@ class MeasuredTopicKeys(ReadingKeys):
         if name in unasked:
             return variable
         if name in resource.measures:
-            message = f"`{resource.name}` measures `{name}` in replies only, and a topic brings values unasked"
+            message = f"`{resource.name}` measures `{name}` in replies only, and a topic sends values without request"
             remedy = f"add `publishes: [{name}]` to the resource"
         elif variable is not None and variable.role is Role.DECLARED:
-            message = f"nothing changes `{name}` unasked: it is no input, and `{resource.name}` does not publish it"
+            message = f"no topic can measure `{name}`: it is no input, and `{resource.name}` does not publish it"
             remedy = f"add `publishes: [{name}]` to the resource, or `source: input` to the variable"
         else:
             message = f"`{resource.name}` does not publish `{name}`"

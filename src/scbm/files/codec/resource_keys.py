@@ -253,7 +253,7 @@ def _sent(key: str) -> Callable[[Resource], SentVariables]:
 
 def _read_shared(reader: ValueReader, node: YamlNode, text: str) -> bool:
     if not isinstance(node.plain, bool):
-        reader.add(Slug.WRONG_TYPE, f"`shared` is true or false, and here is `{text}`", node.place)
+        reader.add(Slug.WRONG_TYPE, f"`shared` must be true or false, not `{text}`", node.place)
     return node.plain is True
 
 

@@ -137,7 +137,7 @@ class ValueReader:
         known = list(words)
         if text in known:
             return text
-        remedy = suggestion(text, known, "the words are")
+        remedy = suggestion(text, known, "the allowed words are")
         self.add(Slug.UNKNOWN_WORD, f"`{text}` is not {what}", node.place, remedy)
         return None
 

@@ -248,7 +248,7 @@ def _refuse_runs(source: SourceText, noun: str) -> None:
         message, remedy = "the log of a run over nodes", f"`scbm replay {shlex.quote(source.file)}` shows it"
     else:
         message, remedy = "the trace of a run", None
-    shown = f"this is {message}, and a {noun} file is needed here"
+    shown = f"expected a {noun} file, and this is {message}"
     raise InputError([Diagnostic(Slug.WRONG_SHAPE, shown, Place(source.file, 1), remedy)])
 
 
@@ -261,7 +261,7 @@ def _refuse_other_kinds(document: YamlNode, noun: str, report: ErrorCollector) -
     own = _MARKS.get(noun)
     for other, key in _MARKS.items():
         if other != noun and own is not None and key in document.items and own not in document.items:
-            message = f"this is a {other} file, and a {noun} file is needed here"
+            message = f"expected a {noun} file, and this is a {other} file"
             remedy = "check a model that uses it" if (other, noun) == ("part", "model") else None
             report.add(Slug.WRONG_SHAPE, message, document.key_places[key], remedy)
             raise report.error()

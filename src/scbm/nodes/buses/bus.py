@@ -36,7 +36,7 @@ __all__ = [
 
 
 ONLY_BEST_EFFORT = (
-    "its reliability is best effort, and we ask for reliable; a measured topic can say `best_effort: true`"
+    "it offers reliability best effort, and scbm requests reliable; a measured topic can have `best_effort: true`"
 )
 """Why a publication is not matched, and what can be written."""
 

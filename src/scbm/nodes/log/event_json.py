@@ -84,7 +84,7 @@ def read_event(data: object, model: BehaviorModel, at_ns: int = 0) -> Event | No
     """
     kind = data.get("kind") if isinstance(data, dict) else None
     if not isinstance(kind, str) or kind not in _KEYS:
-        raise ValueError("an event of no known kind")
+        raise ValueError("an event of an unknown kind")
     fields = _JsonFields(data, ("kind", *_KEYS[kind]), f"`{kind}`", model, _OPTIONAL.get(kind, ()))
     return _READERS[kind](fields, at_ns)
 
@@ -224,7 +224,7 @@ class _JsonFields:
         space = self.model.running_space
         for variable, value in values:
             if variable not in space or value not in space[variable].domain or value not in space[variable].assignable:
-                raise self._wrong(name, f"what a case may set: `{variable}`")
+                raise self._wrong(name, f"an object of values that a case may set: see `{variable}`")
         return values
 
     def delivery(self, name: str) -> Delivery | None:
@@ -266,9 +266,9 @@ def _injection(fields: _JsonFields, _: int) -> Event:
     resource = None if fields["resource"] is None else fields.resource("resource")
     condition = None if fields["becomes"] is None else _condition(fields["becomes"], fields.model)
     if not name or name == NETWORK:
-        raise ValueError("an injection has a name of its own")
+        raise ValueError("the name of an injection must not be empty or `network`")
     if (resource is None) != (condition is None):
-        raise ValueError("`resource` and `becomes` of an injection belong together")
+        raise ValueError("an injection has both `resource` and `becomes`, or neither")
     return InjectionGiven(
         Injection(
             name,

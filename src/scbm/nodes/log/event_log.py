@@ -271,13 +271,16 @@ class LogDocument:
             return
         what = f"`{name}`, not `{model.name}`" if name != model.name else "another version of it"
         message = f"this log is of another model than this one: {what}"
-        remedy = "a log can be run again with the very model that it was made with"
+        remedy = "name the model file with which the log was recorded"
         raise InputError([Diagnostic(Slug.LOG_OTHER_MODEL, message, Place(self._file, 1), remedy)])
 
     def _refuse_others(self, real: tuple[str, ...], model: BehaviorModel) -> None:
         names = [resource.name for resource in model.resources]
         if list(real) != [name for name in names if name in real]:
-            raise _bad("`real` is not some resources of the model, in its order", Place(self._file, 1))
+            raise _bad(
+                "`real` is not a list of resources of the model, in its order",
+                Place(self._file, 1),
+            )
 
     def _read_steps(self, model: BehaviorModel, wrong: list[Diagnostic]) -> Iterator[LogStep]:
         now_ns = 0
@@ -368,7 +371,7 @@ class _Header:
     def _matched(self, name: str, pattern: re.Pattern[str]) -> str:
         value = self._text(name)
         if not pattern.fullmatch(value):
-            raise ValueError(f"`{name}` is not what it must be: {_WORDS[name]}")
+            raise ValueError(f"`{name}` is not {_WORDS[name]}")
         return value
 
     def _count(self, name: str) -> int:
@@ -390,8 +393,8 @@ _WITHOUT_PLANNER = 2
 """The last version whose header does not name the planner."""
 
 _WORDS = {
-    "model_digest": "a SHA-256, 64 hexadecimal digits",
-    "trace": "a SHA-256, 64 hexadecimal digits",
+    "model_digest": "a SHA-256 of 64 hexadecimal digits",
+    "trace": "a SHA-256 of 64 hexadecimal digits",
     "time_scale": "a number such as `20` or `1/2`",
 }
 
@@ -416,7 +419,7 @@ def read_options(data: object) -> RunnerOptions:
 def _refuse_other_keys(data: dict[str, Any], required: Sequence[str], optional: Iterable[str] = ()) -> None:
     allowed = (*required, *optional)
     if any(name not in data for name in required) or any(name not in allowed for name in data):
-        raise ValueError(f"the fields here are {', '.join(required)}")
+        raise ValueError(f"the fields must be {', '.join(required)}")
 
 
 def _is_count(value: object) -> bool:

@@ -231,7 +231,7 @@ class ControllerNode:
     def _publish_troubles(self, troubles: tuple[str, ...]) -> None:
         if troubles != self._reported_troubles:
             self._reported_troubles = troubles
-            self._report("; ".join(troubles) or "all real resources are there")
+            self._report("; ".join(troubles) or "all real resources are reached")
 
     def _look_later(self) -> asyncio.TimerHandle:
         return self._loop.call_later(_LOOK_S, self._look_for_troubles)
@@ -431,7 +431,7 @@ class ControllerNode:
             return
         asked = run.asked.get(number, resource)  # the runner records a reply to a request that was not sent
         if asked != resource:
-            self._warn(f"a reply of `{resource}` to request {number} was dropped: that went to `{asked}`")
+            self._warn(f"a reply of `{resource}` to request {number} was dropped: that request was sent to `{asked}`")
             return
         self._refusals.look(resource, reply.measured, self._measures[resource])
         self._remember((name, value) for name, value in reply.measured if name in self._measured)
@@ -452,7 +452,7 @@ class ControllerNode:
 
     def on_presence(self, resource: str, *, is_there: bool) -> None:
         """Record that a resource came or was lost; the deadlines of the model decide."""
-        self._report(f"{resource} {'is there' if is_there else 'is not there'}")
+        self._report(f"{resource} {'is reached' if is_there else 'is not reached'}")
         if resource in self._real and self._timer is None:
             self._timer = self._loop.call_soon(self._look_for_troubles)
         if resource in self._real and not is_there:

@@ -219,4 +219,4 @@ class Children:
 
 
 def _end(code: int | None) -> str:
-    return f"was ended by {Signals(-code).name}" if code is not None and code < 0 else f"ended with {code}"
+    return f"was ended by {Signals(-code).name}" if code is not None and code < 0 else f"ended with exit code {code}"

@@ -175,7 +175,7 @@ class RemoteCell:
         if self._children.broken is not None:
             raise NotReadyError([Reason(Lack.CHILD, self._children.broken)])
         for ended in await self._children.start():
-            self._warn(f"{ended}, and was started again")
+            self._warn(f"{ended}, and was restarted")
 
     async def keep(self) -> None:
         """Restart children whenever they end."""

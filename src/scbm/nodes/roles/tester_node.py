@@ -176,7 +176,7 @@ class TesterNode:
         rival = self.membership.rival()
         reasons = [] if rival is None else [Reason(Lack.RIVAL, f"another tester is at work: {rival.words}")]
         if self.real and self._time_scale != 1:
-            message = f"`{self.real[0]}` is real, and cannot be made faster: no time scale goes with it"
+            message = f"`{self.real[0]}` is real and cannot be made faster: it needs a time scale of 1"
             reasons.append(Reason(Lack.TIME_SCALE, message))
         controller = self.membership.controller()
         reasons += [Reason(Lack.DRIVER, message) for message in (controller.mismatched if controller else ())]
@@ -186,7 +186,7 @@ class TesterNode:
             if self._is_first and other.since_ns < self.membership.own.since_ns:
                 reasons.append(Reason(Lack.FOREIGN, f"{node} belongs to another tester: {other.words}"))
             elif other.version != VERSION:
-                message = f"{node} speaks version {other.version}, this scbm version {VERSION}: {other.words}"
+                message = f"{node} has protocol version {other.version}, and this scbm {VERSION}: {other.words}"
                 reasons.append(Reason(Lack.VERSION, message))
             elif other.digest != self.membership.own.digest:
                 reasons.append(Reason(Lack.MODEL, f"{node} has another version of the model: {other.words}"))
@@ -230,7 +230,7 @@ class TesterNode:
             if message not in self._warned:
                 self.warn(f"{message}; the run goes on, by the deadlines of the model")
         if self._warned and not lacks:
-            self.warn("all resources are there again")
+            self.warn("all resources are reached again")
         self._warned = lacks
 
     def lacks(self) -> tuple[str, ...]:
@@ -347,7 +347,7 @@ class _DirectedRun:
         model = self._node.model
         digest = trace_digest(Trace(model.name, self._case.name, records))
         if digest != ended.trace:
-            raise LostError("the steps of the controller do not give the trace that it has")
+            raise LostError("the steps that arrived do not reproduce the trace of the controller")
         is_missed = any(ended.end != End.REACHED.value for ended in ends_of(records))
         if is_missed and (lacks := self._node.lacks()):
             raise LostError(lacks[0])
@@ -513,9 +513,9 @@ class _DirectedRun:
             return
         if isinstance(event, InjectionGiven) and event.injection.name == GIVEN_UP:
             if self._director.has_requests:
-                self.fail("the controller gave it up")
+                self.fail("the controller gave the run up")
             else:
-                self.fail("the controller gave it up before it sent a request", NotBegunError)
+                self.fail("the controller gave the run up before it sent a request", NotBegunError)
         deadline_ns = self._runner.deadline_ns
         if deadline_ns is not None:
             self._arm_watch(self._clock.wall_ns(deadline_ns) - self._node.now_ns() + _SILENT_NS)
@@ -545,4 +545,4 @@ class _DirectedRun:
     def _arm_watch(self, wait_ns: int) -> None:
         if self._watch is not None:
             self._watch.cancel()
-        self._watch = self._loop.call_later(wait_ns / 1e9, self.fail, "the controller says nothing any more")
+        self._watch = self._loop.call_later(wait_ns / 1e9, self.fail, "the controller sends no messages any more")

@@ -47,13 +47,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="append",
         type=_threshold,
         metavar="P",
-        help="Fail if fewer per cent of a model are visited: `90`, `executing=100`, `coverable=100`.",
+        help="Fail if the visited percentage of a model is lower: `90`, `executing=100`, `coverable=100`.",
     )
     group.addoption(
         "--scbm-certificates",
         action="append",
         metavar="DIRECTORY",
-        help="Check these certificates, and count what they prove.",
+        help="Check these certificates, and count the obligations that they exclude.",
     )
     group.addoption("--scbm-store", metavar="FILE", help="Add the cases that were run to this coverage store.")
     group.addoption(

@@ -37,7 +37,7 @@ _RULES = {
         "A run broke a rule of the request protocol, or did not recover from its only fault (semantics 7.12).",
     ),
     FailureKind.EXPECTATION: ("An expectation was not met", "Something that a case expects did not come of its run."),
-    FailureKind.LIVELOCK: ("Automatic transitions go round", "Automatic transitions enable each other without end."),
+    FailureKind.LIVELOCK: ("Automatic transitions repeat", "Automatic transitions enable each other without end."),
     FailureKind.MODEL_ERROR: ("The model is wrong", "A run came to where the model does not say what happens."),
     FailureKind.NOT_REACHED: (
         "A goal was not reached",

@@ -361,7 +361,7 @@ def _requirements(closing: Closing) -> Iterator[Text]:
             yield Text(f"  {'':<{width}}  {each.option} raises this limit", style="dim")
     if found.assumptions:
         followed = f"{counted(found.situations, 'situation')} of runs were followed"
-        yield from _wrapped(f"{followed}. What holds has no certificate, and assumes:", 2, "")
+        yield from _wrapped(f"{followed}. Answers `holds` have no certificate, and assume:", 2, "")
     for sentence in found.assumptions:
         for line in wrap(sentence, _COLUMNS - 6):
             yield Text(f"      {line}", style="dim")

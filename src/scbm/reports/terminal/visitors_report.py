@@ -57,7 +57,7 @@ def _alone(history: History) -> Iterator[Text]:
     rest = len(history.cases) - len(rows)
     if rest:
         more = counted(rest, "more case" if rows else "case")
-        yield Text(f"  {more} {'visits' if rest == 1 else 'visit'} nothing alone", style="dim")
+        yield Text(f"  {more} {'visits' if rest == 1 else 'visit'} only what other cases visit too", style="dim")
 
 
 def smallest_report(history: History, cover: Cover) -> Iterator[Text]:
@@ -81,7 +81,7 @@ def _proof(cover: Cover) -> str:
     """Return whether the suite is proved to be the smallest, and the lower bound otherwise."""
     if cover.is_smallest:
         return "Proved: no smaller suite visits the same"
-    return f"No fewer than {cover.at_least} can visit the same; whether {cover.at_least} can is open"
+    return f"At least {cover.at_least} cases are needed to visit the same; whether {cover.at_least} suffice is open"
 
 
 def _cost(cases: Sequence[StoredCase], history: History) -> str:

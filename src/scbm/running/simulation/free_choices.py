@@ -148,7 +148,7 @@ class Choices:
             ValueError: `network` draws, and `random` is missing.
         """
         if network.draws and random is None:
-            raise ValueError("the faults of the network are a matter of chance, and there is nothing to draw from")
+            raise ValueError("the faults of the network are drawn at random, but `random` is missing")
         self._reactions = reactions
         self._rules = _OutcomeRules(forced)
         self._links = Links(network, random)

@@ -47,9 +47,9 @@ def test_changes_from_outside_are_named_with_their_sources() -> None:
         SEQUENCE,
         ANY,
         "Inputs change to any value, whenever the runner is settled: door.",
-        "Of what is outside the model, only environment transitions change these: stop, visitors.",
-        "The resource scanner changes these unasked: item.",
-        "Others use these resources, while no request to them is in flight: scanner.",
+        "From outside the model, only environment transitions change these: stop, visitors.",
+        "The resource scanner may change these without a request: item.",
+        "Other users may occupy these resources while no request to them is in flight: scanner.",
         "The resource scanner sends only these for item: none, box.",
         "The resource scanner sends only these for visitors: 0, 1.",
         "Nothing changes these: limit.",
@@ -74,12 +74,12 @@ def test_without_proofs_nothing_is_assumed(decisions: list[Decision]) -> None:
         (
             [EXCLUDED, UNCOVERABLE],
             PlanSet.SHORTEST,
-            "What is excluded by the planner assumes any shortest plans; all else, any plans.",
+            "Exclusions by the planner assume any shortest plans; all other proofs hold for any plans.",
         ),
         (
             [EXCLUDED, UNCOVERABLE],
             None,
-            "What is excluded by the planner assumes plans of the planner canonical; all else, any plans.",
+            "Exclusions by the planner assume plans of the planner canonical; all other proofs hold for any plans.",
         ),
     ],
 )

@@ -26,7 +26,7 @@ def reply_name(service: str) -> str:
 
 def _checked(name: str) -> str:
     if not _NAME.fullmatch(name):
-        raise ValueError(f"`{name}` is no name of ROS 2 from the root, such as `/scanner/request`")
+        raise ValueError(f"`{name}` is not an absolute ROS 2 name such as `/scanner/request`")
     return name
 
 
@@ -48,7 +48,7 @@ def response_type(name: str) -> str:
 def _dds_type(name: str, kind: str) -> str:
     match = _TYPE.fullmatch(name)
     if match is None or match[1] != kind:
-        raise ValueError(f"`{name}` is no type such as `{_EXAMPLES[kind]}`")
+        raise ValueError(f"`{name}` is not a ROS 2 type such as `{_EXAMPLES[kind]}`")
     package, _, name = name.split("/")
     return f"{package}::{kind}::dds_::{name}"
 

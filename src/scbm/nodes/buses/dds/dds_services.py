@@ -246,7 +246,7 @@ class ServiceServer:
 
     def _give_up(self, sample: IdlStruct) -> None:
         self._responses = [response for response in self._responses if response.sample is not sample]
-        self._warn(f"a response of {self._service.name} is lost: its client does not hear any")
+        self._warn(f"a response of {self._service.name} is lost: its client has no reader for responses")
 
     def _look(self) -> None:
         """Handle a change of clients: drop the responses that wait for a client that is gone."""

@@ -128,7 +128,7 @@ class DdsPublisher:
 
 def _why_not(error: DDSException) -> str:
     if error.code == DDSException.DDS_RETCODE_TIMEOUT:
-        return f"a subscription has not taken what was sent for {_BLOCKS_S} seconds"
+        return f"a subscription has not acknowledged messages for {_BLOCKS_S} seconds"
     return f"nothing can be sent: {error}"
 
 

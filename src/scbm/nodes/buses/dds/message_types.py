@@ -169,7 +169,7 @@ def checked(value: Scalar, type_: FieldType, what: str) -> Scalar:
 
 def _checked_text(value: str, what: str) -> str:
     if "\0" in value:
-        raise ValueError(f"{what} has a NUL in it, where it would end on the wire")
+        raise ValueError(f"{what} has a NUL character, at which its encoding would end")
     try:
         value.encode()
     except UnicodeEncodeError as error:
@@ -191,7 +191,7 @@ def _checked_float(value: float, type_: FieldType, what: str) -> float:
     except OverflowError as error:
         raise ValueError(f"{what} is {type_.value}, for which {value} is too large") from error
     if isinstance(value, int) and narrow != value:
-        raise ValueError(f"{what} is {type_.value}, which has no {value}")
+        raise ValueError(f"{what} is {type_.value}, which cannot represent {value}")
     if wide != 0 and narrow == 0:
         raise ValueError(f"{what} is {type_.value}, for which {value} is too small")
     return wide

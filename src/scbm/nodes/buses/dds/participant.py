@@ -88,9 +88,9 @@ class NodeAnnouncement:
         Raises `BusError` if that is no name of a node, or no namespace.
         """
         if not _NAME.fullmatch(node):
-            raise BusError(f"`{node}` is no name of a node of ROS 2", "use letters, digits and underscores")
+            raise BusError(f"`{node}` is not a name of a ROS 2 node", "use letters, digits and underscores")
         if not _NAMESPACE.fullmatch(namespace):
-            raise BusError(f"`{namespace}` is no namespace of ROS 2", "use `/` or one such as `/cell/line_1`")
+            raise BusError(f"`{namespace}` is not a ROS 2 namespace", "use `/` or one such as `/cell/line_1`")
         self._name = node
         self._namespace = namespace
         self._readers: tuple[bytes, ...] = ()

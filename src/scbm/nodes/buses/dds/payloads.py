@@ -81,7 +81,7 @@ def encode(type_: MessageType, data: Scalar) -> bytes:
     try:
         body = layout.pack(message_types.checked(data, layout.field, "`data`"))
     except ValueError as error:
-        raise BusError(f"{type_.value} does not carry that: {error}") from error
+        raise BusError(f"{type_.value} cannot carry this value: {error}") from error
     return _HEADER + body + bytes(-len(body) % _PADDED_TO)
 
 
@@ -89,7 +89,7 @@ def decode(type_: MessageType, payload: bytes) -> Scalar:
     """Decode the value of a payload with its header. Raises `BadPayloadError` if it holds none."""
     header, body = payload[: len(_HEADER)], payload[len(_HEADER) :]
     if len(header) < len(_HEADER) or header[0] or header[1] not in _ENCODINGS:
-        raise BadPayloadError("its encoding is not that of one field")
+        raise BadPayloadError("it is not the CDR encoding of one field")
     try:
         data, end = _LAYOUTS[type_].unpack(body, "<" if header[1] % 2 else ">")
     except (StructError, IndexError) as error:

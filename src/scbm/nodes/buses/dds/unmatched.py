@@ -148,7 +148,7 @@ def _why_not(wish: WantedEndpoint, endpoint: Endpoint) -> str | None:
         return f"`{wish.name}` has a {wish.who} of type {type_}, and not {wish.type}"
     reason = next(_differences(wish, endpoint.qos), None)
     if reason is None and wish.policy:
-        reason = f"its {_POLICIES.get(wish.policy, f'policy {wish.policy}')} does not go with ours"
+        reason = f"its {_POLICIES.get(wish.policy, f'policy {wish.policy}')} is incompatible with that of scbm"
     return None if reason is None else f"`{wish.name}` has a {wish.who}, but {reason}"
 
 
@@ -172,14 +172,14 @@ def _differences(wish: WantedEndpoint, theirs: Qos) -> Iterator[str]:
     """Return the incompatible QoS policy, with both values in words."""
     they_in, we_in = _partitions(theirs), _partitions(wish.qos)
     if they_in != we_in:
-        yield f"it is in {they_in}, and we are in {we_in}"
+        yield f"it is in {they_in}, and scbm is in {we_in}"
     for what, strength in (("reliability", _reliability), ("durability", _durability)):
         (their_rank, they_say), (our_rank, we_say) = strength(theirs), strength(wish.qos)
         if wish.role is EndpointRole.PUBLICATION and their_rank < our_rank:
             is_measured = what == "reliability" and wish.who == EndpointRole.PUBLICATION  # a binding may ask for less
-            yield ONLY_BEST_EFFORT if is_measured else f"its {what} is {they_say}, and we ask for {we_say}"
+            yield ONLY_BEST_EFFORT if is_measured else f"it offers {what} {they_say}, and scbm requests {we_say}"
         if wish.role is EndpointRole.SUBSCRIPTION and their_rank > our_rank:
-            yield f"it asks for the {what} {they_say}, and ours is {we_say}"
+            yield f"it requests {what} {they_say}, and scbm offers {we_say}"
 
 
 def _partitions(qos: Qos) -> str:
@@ -212,7 +212,7 @@ def _elsewhere(wish: WantedEndpoint, there: list[Endpoint], known: list[str]) ->
     candidates = [endpoint.topic for endpoint in there if endpoint.role is wish.role and endpoint.topic not in known]
     plain = next((topic for topic in candidates if f"/{topic.lstrip('/')}" == wish.name), None)
     if plain is not None:
-        return f"a {wish.who} is at the DDS topic `{plain}`; in ROS 2 that of `{wish.name}` is `{wish.dds_topic}`"
+        return f"a {wish.who} is at the DDS topic `{plain}`; in ROS 2, `{wish.name}` stands for `{wish.dds_topic}`"
     of_ros = [topic.removeprefix(prefix) for topic in candidates if topic.startswith(f"{prefix}/")]
     similar = nearest(wish.name, [topic.removesuffix(suffix) for topic in of_ros])
     return None if similar is None else f"no {wish.who} is at `{wish.name}`, but one is at `{similar}`"
