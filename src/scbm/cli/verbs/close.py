@@ -75,7 +75,7 @@ def command(
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
     json: Json = False,
 ) -> int:
-    """Generate cases for unvisited obligations, or prove that none can visit them. --check: check such proofs."""
+    """Generate cases for unvisited obligations, or prove that no run visits them; `--check` checks such proofs."""
     if check:
         return check_certificates(files or [], json=json)
     model = _only_model(files or [])

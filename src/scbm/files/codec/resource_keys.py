@@ -184,7 +184,7 @@ class OutcomesKeys(Keys):
 
 
 class SentVariables(NamedTuple):
-    """What a resource sends under one key.
+    """The variables that a resource sends, under one key.
 
     Attributes:
         names: the variables.
@@ -334,7 +334,7 @@ class ResourceKeys(Keys):
     )
     publishes = DefaultKey(
         SentType(),
-        "The variables whose values the resource may send unasked, at any settled moment; written as `measures`.",
+        "The variables whose values the resource may send without a request, at any settled moment; as for `measures`.",
         default=SentVariables(()),
         absent="`[]`",
         source=_sent("publishes"),

@@ -59,7 +59,7 @@ class PartUseKeys(Keys):
     )
     arguments = Key(
         NamesType(AnyType(), "parameter → anything"),
-        "What stands for the parameters of the part.",
+        "The arguments: a value for each parameter of the part.",
         name="with",
         absent="the defaults of the part",
     )
@@ -68,8 +68,8 @@ class PartUseKeys(Keys):
 class PartParameterKeys(Keys):
     """A parameter of a part: a word that stands for something else in each use."""
 
-    default = Key(AnyType(), "What it stands for, if a use does not say.", absent="each use has to give it")
-    help = Key(NAME_NODE, "What it is for.")
+    default = Key(AnyType(), "The argument, if a use gives none.", absent="each use has to give it")
+    help = Key(NAME_NODE, "The purpose of the parameter.")
 
 
 INCLUDE = Key(
@@ -95,7 +95,7 @@ class PartKeys(Keys):
     part = Key(NAME_NODE, "The name of the part.", required=True)
     parameters = Key(
         NamesType(MappingType(PartParameterKeys), "name → parameter"),
-        "Words that each use gives a meaning: a value, a time, a variable of the model.",
+        "The parameters: each use gives a value, a time or a variable of the model for each.",
     )
     include = INCLUDE
     parts = PARTS
