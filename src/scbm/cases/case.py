@@ -176,7 +176,7 @@ class RecordedPlan:
 
 @dataclass(frozen=True, slots=True)
 class RecordedGoal:
-    """What the run for one goal of a case did; a part that is `None` is not recorded.
+    """The recorded result of the run for one goal of a case; a part that is `None` is not recorded.
 
     Names and values are texts, so that a record can be read for a model that no longer has them.
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Intake(Enum):
-    """What a resource does with a request that arrives."""
+    """The treatment of a request that arrives at a resource."""
 
     START = "it starts the request"
     WAIT = "the request waits until the condition changes"
@@ -61,7 +61,7 @@ class ConditionKind:
     factor_help: str = field(default="", repr=False, compare=False)
 
     WELL: ClassVar[ConditionKind]
-    """As the model file and the case define."""
+    """The resource behaves as the model file and the case define."""
     OCCUPIED: ClassVar[ConditionKind]
     """Another user has the resource; requests wait until it is well again."""
     DEAD: ClassVar[ConditionKind]

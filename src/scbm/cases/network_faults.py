@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 class FaultAction(Enum):
-    """What a fault acts on. The members are in the order in which the faults act on a message."""
+    """The effect of a kind of fault. The members are in the order in which the faults act on a message."""
 
     CUT = "it loses messages before the rules of the case are followed"
     LOSE = "it loses a message that no rule delivers"

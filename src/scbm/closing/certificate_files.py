@@ -29,10 +29,10 @@ MAX_BYTES = 256 * 1024 * 1024
 """Maximum size of a certificate file; it has some hundred thousand situations."""
 
 _FIRST_BYTES = 1024
-"""How much of a file is read first: another file than a certificate need not be read as a whole."""
+"""The number of characters that are read first: a file that is no certificate need not be read as a whole."""
 
 _HEAD = re.compile(r'\{\s*"scbm_certificate": \d+,\s*"model": "')
-"""How a certificate begins."""
+"""The beginning of each certificate."""
 
 _WORD = r'"(?:[^"\\\x00-\x1f]|\\(?:["\\/bfnrt]|u[0-9a-fA-F]{4}))*"'
 _MODEL_FILE = re.compile(rf'"model"\s*:\s*{_WORD}\s*,\s*"model_file"\s*:\s*({_WORD})\s*,')

@@ -71,7 +71,7 @@ _MANY_CHANGES = 50
 """With more changes from outside in each situation, an exploration takes minutes."""
 
 _FEW_SITUATIONS = 30_000
-"""So many situations are explored in some three seconds. With fewer, the graph of all runs decides all, and fastest."""
+"""Maximum number of situations of the small graph, which takes some three seconds and decides small models at once."""
 
 _PLANNED_FOR_CASES = 25
 """Plans of random cases may take so many times the states of `CloseLimits.planning`, those of changed cases again.

@@ -84,12 +84,12 @@ class ClosingCase:
 
     @property
     def adds_freely(self) -> tuple[Obligation, ...]:
-        """Those that it visits before anything is forced."""
+        """The added obligations that the case visits before anything is forced."""
         return tuple(obligation for obligation in self.adds if obligation not in self.adds_by_force)
 
     @property
     def forcing(self) -> str | None:
-        """What forces its state, as a clause; `None` if nothing does."""
+        """The injection that forces the state, as a clause; `None` if nothing does."""
         record = forcing_record(self.execution)
         if record is None:
             return None
@@ -98,7 +98,7 @@ class ClosingCase:
 
     @property
     def consequences(self) -> tuple[str, ...]:
-        """What is wrong with its run only after its state was forced, as clauses: the model is not at fault."""
+        """The failures of its run after its state was forced, as clauses: the model is not at fault."""
         if self.execution.forced_by is None:
             return ()
         broken = tuple(str(violation) for violation in _broken_by_force(self.execution))
@@ -258,7 +258,7 @@ class Closing:
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """What the proofs assume, one sentence each."""
+        """The assumptions of the proofs, one sentence each."""
         return assumptions(self.model, [found.decision for found in self.decided])
 
     @property
@@ -329,7 +329,7 @@ def _is_chosen(end: End, case: Case) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Consequence:
-    """What is wrong with the run of a new case only because its state is forced.
+    """A failure of the run of a new case that occurs only because its state is forced.
 
     Attributes:
         name: the name of the case.

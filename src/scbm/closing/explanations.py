@@ -124,7 +124,7 @@ def first_visit(execution: Execution, obligation: Obligation, model: BehaviorMod
 
 
 class _Events:
-    """What went wrong in the beginning of a run, and what changed from outside, each as sentences with their times."""
+    """The faults in the beginning of a run, and the changes from outside, as sentences with times."""
 
     def __init__(self, execution: Execution, model: BehaviorModel, end: int) -> None:
         self._execution = execution

@@ -1,4 +1,4 @@
-"""What certificates and waivers say about the statuses of obligations, where they count (semantics 8.5)."""
+"""The statuses of obligations by certificates and waivers, where these count (semantics 8.5)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def assumed_by(certificates: Iterable[Certificate], model: BehaviorModel) -> tup
 
 @dataclass(frozen=True, slots=True)
 class StatusEvidence:
-    """What decides statuses beside the visits of cases.
+    """The certificates and waivers that decide statuses beside the visits of cases.
 
     Attributes:
         model: the model that the proofs are about.

@@ -23,7 +23,7 @@ _NEW_FILE_MODE = 0o666
 """The permissions of a new file before the umask of the process is applied, as for `open`."""
 
 _SQLITE = b"SQLite format 3\0"
-"""How a database of SQLite begins."""
+"""The first bytes of a database of SQLite."""
 
 
 class FileWriter:

@@ -184,7 +184,7 @@ class MeasuredTopic:
 
 
 class RequestBinding:
-    """Where the requests of a resource go. Its subclasses are the kinds of bindings: frozen dataclasses."""
+    """The destination of the requests of a resource. Its subclasses are the kinds of bindings: frozen dataclasses."""
 
     __slots__ = ()
 
@@ -220,7 +220,7 @@ class ServiceCall(RequestBinding):
 
     @property
     def services(self) -> tuple[ServiceCall, ...]:
-        """This service."""
+        """A tuple with this service alone."""
         return (self,)
 
 

@@ -19,7 +19,7 @@ class RateKind(StrEnum):
     EVERY = "every"
     """At the beginning of a run, and again each time that it has passed."""
     AFTER = "after"
-    """When the guard has become true; it stops when the guard becomes false."""
+    """The clock starts when the guard becomes true, and stops when it becomes false."""
 
 
 @dataclass(frozen=True, slots=True)

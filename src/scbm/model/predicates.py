@@ -107,7 +107,7 @@ class Sum:
 
 
 class ExtremeKind(StrEnum):
-    """Which of some integers an `Extreme` is."""
+    """Whether an `Extreme` is the least or the greatest of its integers."""
 
     LEAST = "min"
     GREATEST = "max"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class PlaceholderKind(Enum):
-    """What a letter of a pattern stands for. A new kind needs a case in each match over kinds."""
+    """The kind of value that a letter of a pattern stands for. A new kind needs a case in each match over kinds."""
 
     PREDICATE = "predicate"
     DURATION = "duration"

@@ -77,7 +77,7 @@ class Resource:
         name: an identifier; the resource owns `<name>_req_trigger` and `<name>_req_state`.
         request: the variables whose values a request carries.
         measures: the variables whose values a reply may carry.
-        publishes: the variables whose values it may send unasked.
+        publishes: the variables whose values it may send without a request.
         values: for some of what it measures or publishes, the only values that it sends, in the order of the domain.
         shared: whether another user can occupy it while no request of the controller to it is in flight.
         simulation: its simulated behavior.

@@ -1,9 +1,9 @@
-"""Who changes a variable (semantics 9.1): the model, a resource with its replies or unasked, or the environment.
+"""Who changes a variable (semantics 9.1): the model, a resource with or without a request, or the environment.
 
-A source is declared, or inferred on the cautious side: what is read and changed by nothing else is an input, and so is
-what only automatic transitions assign. Resources that publish, and the environment, change variables at settled
-moments, whether the model asks for it or not. A variable that environment transitions assign changes from outside by
-these alone; each other one takes any of its values.
+A source is declared, or inferred on the cautious side: a variable that is read and that nothing else changes is an
+input, and so is a variable that only automatic transitions assign. Resources that publish, and the environment, change
+variables at settled moments, whether the model asks for it or not. A variable that environment transitions assign
+changes from outside by these alone; each other one takes any of its values.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class FreeGroup:
 
 
 OutsideGroup: TypeAlias = "FreeGroup | EnvironmentTransition | Resource"
-"""What changes from outside: variables that change freely, an environment transition, or a shared resource."""
+"""A source of changes from outside: variables that change freely, an environment transition, or a shared resource."""
 
 
 def is_triggered(resource: Resource, model: BehaviorModel) -> bool:
@@ -67,7 +67,7 @@ def replied(model: BehaviorModel) -> tuple[str, ...]:
 
 
 def published_by(resource: Resource, model: BehaviorModel) -> tuple[str, ...]:
-    """Return the variables that a resource can change unasked: it publishes them, or measures them without requests."""
+    """Return the variables that a resource can change without a request: it publishes them, or never gets requests."""
     unasked = () if is_triggered(resource, model) else resource.measures
     return tuple(dict.fromkeys((*resource.publishes, *unasked)))
 

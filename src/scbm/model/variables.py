@@ -77,7 +77,7 @@ class Role(Enum):
 
 
 class VariableSource(StrEnum):
-    """What a model file can declare of the source of a variable (semantics 9.1)."""
+    """The source of a variable, as a model file can declare it (semantics 9.1)."""
 
     INPUT = "input"
     """The environment changes it, and perhaps the model too."""

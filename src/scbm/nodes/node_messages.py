@@ -183,7 +183,7 @@ class Answering:
 
 @dataclass(frozen=True, slots=True)
 class React:
-    """What becomes of a request: see `cases.Reaction`. `copies` has the delay of each copy that arrives."""
+    """The fate of a request: see `cases.Reaction`. `copies` has the delay of each copy that arrives."""
 
     kind: ClassVar[str] = "react"
     run: str

@@ -1,6 +1,6 @@
 """Planning: a plan from a state to a goal, or why there is none (semantics 4).
 
-The planner sees `g` and `a` of pre- and postconditions, and nothing that is only for running.
+The planner uses `g` and `a` of pre- and postconditions; it ignores `gr`, `ar` and everything else that only runs use.
 """
 
 from typing import TYPE_CHECKING

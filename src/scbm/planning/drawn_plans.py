@@ -29,7 +29,7 @@ _DEFAULT_LIMITS = PlanLimits()
 
 
 class DrawnProblem(NamedTuple):
-    """What a plan is drawn for.
+    """The problem for which a plan is drawn.
 
     Attributes:
         goal: the goal.

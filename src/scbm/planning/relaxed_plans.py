@@ -116,7 +116,7 @@ class RelaxedProblem:
 
 @dataclass(slots=True)
 class _ReachedFacts:
-    """What the rules have reached from one state.
+    """The facts that the rules have reached from one state.
 
     Attributes:
         supporters: for each reached fact the rule that added it, or `_FREE` for facts of the state.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class ClaimedAspect(StrEnum):
-    """What of an operation or of an automatic transition is claimed never to be visited."""
+    """The state of an operation, or the taking of a transition, that a claim is about."""
 
     DISABLED = "disabled"
     EXECUTING = "executing"
@@ -84,11 +84,11 @@ class Awaits(StrEnum):
     UNSOLVABLE = "unsolvable"
     """The answer of the planner, which will be that no plan exists from the present state."""
     STALE = "stale"
-    """The same, but the state has changed since the plan was requested."""
+    """The answer `unsolvable`, but the state has changed since the plan was requested."""
     CHANGE = "change"
     """Another state: no plan exists from the present one, and requests are in flight."""
     NEXT = "next"
-    """Nothing: of several plans it is open how they go on. Nothing else happens until that is decided."""
+    """The choice of the next operation among several plans; nothing else happens until then."""
 
 
 Queue: TypeAlias = "tuple[Value, ...] | None"

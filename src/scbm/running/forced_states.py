@@ -1,9 +1,9 @@
 """Forced states: from which record on a run shows what no cell could have done (semantics 9.10).
 
 An injection forces the state if no source of the variables that it changes could have changed them at that moment. Only
-inputs and published values change unasked, and only at settled moments; those that environment transitions assign
-change by these alone. Other users occupy and leave shared resources. Whatever follows a forced state counts as forced,
-too. The condition of a resource decides about replies alone, so it forces nothing.
+inputs and published values change without a request, and only at settled moments. Variables that environment
+transitions assign change by these alone. Other users occupy and leave shared resources. Every state after a forced
+state counts as forced, too. The condition of a resource decides about replies alone, so it forces nothing.
 """
 
 from __future__ import annotations

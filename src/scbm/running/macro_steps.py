@@ -54,7 +54,7 @@ class TimelessRequest(NamedTuple):
 
 
 class MacroStep(NamedTuple):
-    """What a macro-step did.
+    """The result of a macro-step.
 
     Attributes:
         records: its records, without the one of the request.

@@ -235,7 +235,7 @@ def _is_any_stale(state: int, in_flight: Collection[RequestLine]) -> bool:
 
 
 class PlanStep(Enum):
-    """What a run does while no operation is current and its goal does not hold."""
+    """The next step of a run while no operation is current and its goal does not hold."""
 
     TAKE_NEXT = "the next operation of the plan becomes current"
     AWAIT_ANSWER = "the runner waits for the planner's answer"

@@ -246,7 +246,7 @@ class Runner:
 
     @property
     def dropped_replies(self) -> dict[str, int]:
-        """How many replies were dropped, by the reason: `late`, `repeated`, `unknown`."""
+        """The number of dropped replies, by the reason: `late`, `repeated`, `unknown`."""
         return dict(self._requests.dropped)
 
     # events

@@ -1,4 +1,4 @@
-"""What a coverage store holds: a model, the runs that tested it, and what each case visited. A value, without I/O.
+"""The content of a coverage store: a model, its runs, and the visits of each case. A value, without I/O.
 
 Logs of runs over nodes are the texts of log files, compressed.
 """
@@ -133,7 +133,7 @@ Recipe: TypeAlias = Written | Drawn
 
 @dataclass(frozen=True, slots=True)
 class StoredCase:
-    """What a store keeps of a case.
+    """A case as a store keeps it.
 
     Attributes:
         key: its identity: a digest of model and recipe.
@@ -183,7 +183,7 @@ class StoredCase:
 
 @dataclass(frozen=True)
 class History:
-    """All that a store holds.
+    """The content of a store.
 
     Attributes:
         model: the model.
@@ -222,7 +222,7 @@ class History:
 
     @cached_property
     def evidence(self) -> AssertionEvidence:
-        """What the results of mutants say about the obligations that the cases visit."""
+        """The answers of mutant results about the obligations that the cases visit."""
         return find_evidence(self.mutations, [case.key for case in self.cases], self.obligations, self.coverage.visited)
 
     @cached_property
@@ -240,7 +240,7 @@ class History:
 
     @cached_property
     def obligations(self) -> Obligations:
-        """What there is to visit."""
+        """The obligations of the model."""
         return Obligations.of(self.model)
 
     @cached_property
@@ -251,7 +251,7 @@ class History:
 
     @cached_property
     def coverage(self) -> Coverage:
-        """What the cases, by their labels, have visited."""
+        """The coverage of the cases, which have their labels as names."""
         return Coverage(self.obligations, tuple(zip(self.labels, (c.visited for c in self.cases), strict=True)))
 
     @cached_property
@@ -266,7 +266,7 @@ class History:
 
     @property
     def short(self) -> dict[Excuse, int]:
-        """How many goals were missed by cases that passed, by the reason; older stores do not have the reasons."""
+        """The number of goals that passing cases missed, by the reason; older stores do not have the reasons."""
         found: dict[Excuse, int] = {}
         for excuse in (excuse for case in self.cases if case.verdict.is_short for excuse in case.verdict.excuses):
             found[excuse] = found.get(excuse, 0) + 1
@@ -279,16 +279,16 @@ class History:
 
     @property
     def ended_ns(self) -> int:
-        """How long all cases ran together, in time of their runs: simulated, and over nodes."""
+        """The total duration of all cases, in time of their runs: simulated, and over nodes."""
         return sum(case.ended_ns for case in self.cases)
 
     @property
     def over_nodes_ns(self) -> int:
-        """How much of that was over nodes."""
+        """The part of `ended_ns` over nodes."""
         return sum(case.ended_ns for case in self.cases if case.is_over_nodes)
 
     def where(self, case: StoredCase) -> str | None:
-        """Where a case ran, in words that are those of its last run; `None` for simulation."""
+        """Return where the last run of a case took place, in words; `None` for simulation."""
         return self.runs[case.run].nodes if case.is_over_nodes else None
 
 

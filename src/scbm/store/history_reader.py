@@ -26,7 +26,7 @@ NO_OTHERS: tuple[ObjectListVisits, ...] = ()
 
 
 def read_history(path: Path) -> History:
-    """All that a store holds. Raises `InputError` if it is not a store, is empty, damaged, or newer than this scbm."""
+    """Return the content of a store. Raises `InputError` if the file is no store, or empty, damaged, or too new."""
     with open_for_reading(path) as connection, understood(path):
         tables = Tables(connection)
         if all(row.run.is_earlier for row in tables.runs()):
@@ -37,7 +37,7 @@ def read_history(path: Path) -> History:
 
 
 def history_in(tables: Tables) -> History:
-    """The same, of tables that are open. Raises `ValueError` and others for rows that scbm does not write."""
+    """Return the content of open tables. Raises `ValueError` and others for rows that scbm does not write."""
     current = next(row for row in tables.models() if row.is_current)
     runs = tables.runs()
     order = {row.id: index for index, row in enumerate(runs)}

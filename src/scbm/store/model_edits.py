@@ -43,7 +43,7 @@ class ModelEdit:
         return sum(self._after.bit(o) for o in self._before if visited & self._before.bit(o) and self._is_kept(o))
 
     def dropped(self, visited: int) -> tuple[Dropped, ...]:
-        """Those of some obligations that do not go over; what is of one operation stands together."""
+        """Return the obligations that the other model does not keep; those of one operation stand together."""
         lost = [o for o in self._before if visited & self._before.bit(o) and not self._is_kept(o)]
         subjects = dict.fromkeys((o.aspect is Aspect.TAKEN, o.subject) for o in lost)
         by_subject = (o for subject in subjects for o in lost if (o.aspect is Aspect.TAKEN, o.subject) == subject)
@@ -92,7 +92,7 @@ def kinship(name: str, stored: ObjectLists | None, model: BehaviorModel, *, is_l
 
 
 def difference(name: str, text: str, model: BehaviorModel) -> str:
-    """How a stored model differs from one, in some words."""
+    """Return the differences of a stored model from another model, in a few words."""
     if name != model.name:
         return f"`{name}`, not `{model.name}`"
     stored = read_model(text, name)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from scbm.testing import Execution
 
 DRAWN = "drawn"
-"""What a recipe says for another network in each case."""
+"""The word of a recipe for a network that is drawn anew for each case."""
 
 
 @stable_durations()
@@ -59,7 +59,7 @@ def _sentences(requirements: Iterable[Requirement]) -> tuple[tuple[str, str], ..
 
 @stable_durations()
 def network_words(network: Network | None) -> str:
-    """What recipes of random cases say of their network; `None` is another one for each case."""
+    """Return the words of a recipe for the network of random cases; `None` is a network drawn for each case."""
     return DRAWN if network is None else write_network(network)
 
 

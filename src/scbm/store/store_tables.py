@@ -117,7 +117,7 @@ class CaseRow:
 
 @dataclass(frozen=True, slots=True)
 class VisitTotals:
-    """What the cases of a store visited together.
+    """The union of the visits of the cases of a store.
 
     Attributes:
         cases: the number of cases that count.
@@ -490,14 +490,14 @@ def _objects(text: str) -> ObjectLists:
 
 
 def _text(value: object) -> str:
-    """What a column of texts says. Raises `ValueError` if it is none, as after damage."""
+    """Return the text of a column. Raises `ValueError` if it holds no text, as after damage."""
     if not isinstance(value, str):
         raise ValueError("this is no text")  # noqa: TRY004 - it is data
     return value
 
 
 def _number(value: object) -> int:
-    """What a column of numbers says. Raises `ValueError` if it is none."""
+    """Return the number of a column. Raises `ValueError` if it holds no number."""
     if not isinstance(value, int):
         raise ValueError("this is no number")  # noqa: TRY004 - it is data
     return value
@@ -509,7 +509,7 @@ def time_text(moment: datetime) -> str:
 
 
 def _moment(text: str) -> str:
-    """When a run began. Raises `ValueError` if that is no moment."""
+    """Return the time at which a run began. Raises `ValueError` if the column holds no time."""
     datetime.fromisoformat(text)
     return text
 

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Combined:
-    """What came of uniting stores.
+    """The result of uniting stores.
 
     Attributes:
         path: the new store.
@@ -61,7 +61,7 @@ class Combined:
 
     @cached_property
     def history(self) -> History:
-        """What the new store holds, all of it in memory."""
+        """The content of the new store, all of it in memory."""
         return read_history(self.path)
 
 

@@ -39,7 +39,7 @@ RECORDED = "recorded"
 """The oracle `--oracle recorded`: verdicts of the cases, each with the recorded result of the original."""
 
 MADE_BY = f"scbm {__version__}, operators {OPERATORS_VERSION}"
-"""What decides the results of mutants beside models and cases. Results of other versions do not count."""
+"""The versions that decide the results of mutants beside models and cases. Results of other versions do not count."""
 
 _STRENGTH = (MutantStatus.UNDECIDED, MutantStatus.SURVIVED, MutantStatus.EQUIVALENT, MutantStatus.KILLED)
 """The statuses, the one first that gives way to all others where results of several suites are added up."""
@@ -126,7 +126,7 @@ class StoredMutant:
 
     @property
     def notice(self) -> MutantNotice:
-        """What it says about obligations."""
+        """The answer of this result about obligations."""
         return MutantNotice(self.belongs, self.noticed, self.status)
 
     @property

@@ -133,12 +133,12 @@ class Campaign:
 
     @property
     def forecast(self) -> Forecast | None:
-        """What ten times as many random cases would visit; `None` where that is not estimated."""
+        """The forecast for ten times as many random cases; `None` where there is no estimate."""
         return forecast(self.summary, Obligations.of(self.model))
 
     @cached_property
     def coverage(self) -> Coverage:
-        """What the cases visited; the listed cases have names there."""
+        """The union of the visits of the cases; the listed cases have names there."""
         obligations = Obligations.of(self.model)
         named = tuple((self.source.name(o.position), o.visited) for o in self.summary.outcomes)
         rest = list(self.summary.visits or (0,) * len(obligations.all))

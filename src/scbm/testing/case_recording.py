@@ -34,7 +34,7 @@ class RecordingMode(NamedTuple):
 
 
 class RecordingStatus(StrEnum):
-    """What recording does with the file of a case."""
+    """The action of recording on the file of a case."""
 
     ADDED = "added"
     UPDATED = "updated"
@@ -48,7 +48,7 @@ class RecordingStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CaseRecording:
-    """What recording does with the file of one case.
+    """The recording of one case: the action on its file, and the differences.
 
     Attributes:
         written: the case with its file; with the new result where the file gets one.

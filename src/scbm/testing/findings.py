@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from scbm.testing.verdicts import Failure
 
 _MAX_OF_A_NAME = 80
-"""So much of a name stands in that of a small case, as that is the name of a file too."""
+"""Maximum number of characters of a cause in the name of a small case, which is a file name too."""
 
 MAX_SHRUNK = 5
-"""So many findings are made small; a model with more has first of all these."""
+"""Maximum number of findings that are shrunk; repair these first."""
 
 
 @dataclass(frozen=True, slots=True)

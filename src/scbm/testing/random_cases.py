@@ -97,7 +97,7 @@ class _Draw:
 _PERFECT = Network()
 
 _TRIES = 1_000
-"""So many combinations of random values are drawn until one is allowed."""
+"""Maximum number of combinations of random values that are drawn until one is allowed."""
 
 _MAX_LISTED = 100_000
 """After that, the allowed ones are listed, which shows whether there are any, unless there are more than so many."""

@@ -69,7 +69,7 @@ def find_moments(records: Sequence[Record], protocol: RequestProtocol) -> tuple[
 
 
 class _RecordUse(Enum):
-    """What a kind of record is for the judgement of requests."""
+    """The meaning of a kind of record for the judgement of requests."""
 
     CHANGE = "it can change triggers and request states"
     BETWEEN = "no operation is under way, and it changes no requests"

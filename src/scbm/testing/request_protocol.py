@@ -27,7 +27,7 @@ _GOING_ON = (PlanState.PLANNING.value, PlanState.EXECUTING.value)
 
 
 class RequestProtocol:
-    """What the operations and automatic transitions of one model do with requests.
+    """The use of requests by the operations and automatic transitions of one model.
 
     Attributes:
         triggers: the resource of each trigger, by the name of the variable.

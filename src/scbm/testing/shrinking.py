@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scbm.testing.tester import Execution, Tester
 
 MAX_RUNS = 2_000
-"""So many attempts are made at most; the examples need less than a hundred."""
+"""Maximum number of attempts; the examples need less than a hundred."""
 
 _MAX_SINGLES = 100
 """A rule for more requests than these stays one."""
@@ -36,7 +36,7 @@ _MORE_OF_ONE = 5_000
 """An attempt is given up when its trace has four times the records of the original, and so many more."""
 
 MAX_RECORDS = 500_000
-"""So many records may the traces of all attempts have; these are five to ten seconds."""
+"""Maximum number of records in the traces of all attempts: five to ten seconds."""
 
 
 @dataclass(frozen=True, slots=True)

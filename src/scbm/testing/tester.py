@@ -100,7 +100,7 @@ class Execution:
 
     @property
     def visited_freely(self) -> int:
-        """What it visited before its state was forced, as bits; all that it visited if nothing was forced."""
+        """The visits before its state was forced, as bits; all visits if nothing was forced."""
         return self.visited & ~self.forced
 
     @property
@@ -165,7 +165,7 @@ class Execution:
 
     @property
     def recorded_goals(self) -> tuple[RecordedGoal, ...]:
-        """What the run for each goal did; nothing of a run over nodes, whose times differ from run to run."""
+        """The recorded result of each goal; empty for a run over nodes, whose times differ from run to run."""
         if self.model is None or self.log is not None:
             return ()
         return goals_to_record(self.trace.records, self.model, Obligations.of(self.model))

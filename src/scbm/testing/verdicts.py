@@ -166,7 +166,7 @@ class Failure:
 
 
 class Excuse(StrEnum):
-    """Why a missed goal does not fail its case (semantics 7.4)."""
+    """The reason why a missed goal does not fail its case (semantics 7.4)."""
 
     FAULT = "fault"
     """Something was made to go wrong."""
@@ -202,7 +202,7 @@ class ExcuseRules:
     """The excuses that a model gives for missed goals.
 
     Attributes:
-        inputs: each variable that changes unasked, an input or a published one, with its nominal value.
+        inputs: each variable that changes without a request, an input or a published one, with its nominal value.
         may_end: the ends that excuse missing any goal.
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
         recovers: whether a single failed or missing reply excuses nothing (semantics 7.12).

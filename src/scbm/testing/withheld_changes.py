@@ -71,7 +71,7 @@ _Choice: TypeAlias = "tuple[int, int]"
 
 
 class WithheldChanges:
-    """What changes from outside can do for waiting runs of one model. Memoizes answers."""
+    """Answers whether changes from outside can lead waiting runs of one model to their goals. Memoizes answers."""
 
     def __init__(self, model: BehaviorModel) -> None:
         """Prepare nothing yet: most runs do not wait."""
@@ -134,7 +134,7 @@ class WithheldChanges:
         return False
 
     def _following(self, situation: _ExcusedRun, step: MicroStep | None, goal: Predicate) -> list[_ExcusedRun] | None:
-        """Return what follows without waiting, one situation or none; `None` if the limits of planning hide it."""
+        """Return the successors without waiting, one situation or none; `None` if the limits of planning hide it."""
         match step:
             case AutomaticMove():
                 return [situation._replace(state=step.after)]

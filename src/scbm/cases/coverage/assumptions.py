@@ -1,4 +1,4 @@
-"""What a proof assumes, in plain words: which runs it is about, and what changes in them (semantics 9.3)."""
+"""The assumptions of a proof as sentences: its runs, and the variables that change in them (semantics 9.3)."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
 
 _FEW = 3
-"""So many instances are listed by their names, unless the entry has no others."""
+"""Maximum number of instances that are listed by name, unless the entry has no others."""
 
 _SECTIONS = {True: "automatic_transitions", False: "operations"}
 

@@ -1,8 +1,8 @@
 """Traces: the records of a run, what they mean as spans and sentences, and their text form.
 
-Simulated and real runs leave the same records, and coverage, requirements and charts need nothing else. A trace is
-interpreted here alone: `spans` says how long things lasted and how they ended, `sentences` has the words for each
-record, and each record has its `severity`. The terminal, Perfetto, MCAP and the HTML page draw these.
+Simulated and real runs leave the same records, and coverage, requirements and charts need nothing else. Only this
+package interprets traces: `spans` has the durations and ends of operations, requests and faults, `sentences` has the
+words for each record, and each record has its `severity`. The terminal, Perfetto, MCAP and the HTML page draw these.
 """
 
 from typing import TYPE_CHECKING

@@ -143,7 +143,7 @@ class CampaignEnd:
 
     @property
     def evidence(self) -> AssertionEvidence | None:
-        """What the store says about asserted obligations; `None` without a store, or after an early end."""
+        """The results of the store about asserted obligations; `None` without a store, or after an early end."""
         return None if self.keeper is None or self.ended is not None else self.keeper.evidence
 
     @property

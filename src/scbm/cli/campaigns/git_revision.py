@@ -24,7 +24,7 @@ _SUFFIXES = (".yaml", ".yml")
 """Files that parts may be in; the model itself may have any name."""
 
 _FILE_MODES = ("100644", "100755")
-"""How `git ls-tree` marks files, in contrast to symbolic links and submodules."""
+"""The modes by which `git ls-tree` marks files; symbolic links and submodules have others."""
 
 
 def changed_since(revision: str, model: BehaviorModel, path: Path) -> tuple[tuple[SubjectKind, str], ...]:

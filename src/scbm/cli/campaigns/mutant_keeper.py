@@ -76,7 +76,7 @@ class MutantKeeper:
 
     @property
     def known_in_words(self) -> str:
-        """How many results the store has of this suite, in words."""
+        """The number of results that the store has for this suite, as a sentence."""
         count = len(self._writer.known)
         return f"the results of {counted(count, 'mutant')}" if count else "no result of these cases"
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 BEFORE_FIRST = "interrupted before the first mutant had a result"
-"""What an interrupted command did that has no results yet."""
+"""The words for the work of an interrupted command that has no results yet."""
 
 
 class MutationLoop:
@@ -114,7 +114,7 @@ class MutationLoop:
             self._decided = place + 1
 
     def _interrupted(self, keeper: MutantKeeper | None) -> str:
-        """What was done before an interruption, in words."""
+        """Return how many results there were before an interruption, as a sentence."""
         if not self._results:
             has = "" if keeper is None else f"; {self._options.store} has {keeper.known_in_words}"
             return f"{BEFORE_FIRST}{has}"
@@ -128,7 +128,7 @@ class MutationLoop:
         return f"interrupted: {what}; {self._options.store} has these results, and the same command goes on"
 
     def _kept(self, keeper: MutantKeeper) -> str:
-        """How many results the store did not have, in words."""
+        """Return how many results are new in the store, as a sentence."""
         new = len(keeper.added) or "none"
         return f"results of {counted(len(self._results), 'mutant')}, {new} of them new"
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 _HABIT = 2
-"""What this many operations do alike, one more probably should do as well."""
+"""Minimum number of operations that do the same, so that a further one which does not is doubtful."""
 
 
 def doubts_about_handshakes(model: BehaviorModel) -> Iterator[Doubt]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scbm.running import Program
 
 _WAITING = (Awaits.CHANGE, Awaits.STALE)
-"""What a runner awaits that may ask for a plan again, or not, after the planner found no plan."""
+"""The waits of a runner that may ask for a plan again, or not, after the planner found no plan."""
 
 
 class PlanDifferences:
@@ -63,7 +63,7 @@ class PlanDifferences:
                 yield StateDifference(StateOfGoal(number, state))
 
     def _of_questions(self, number: int, goal: Predicate) -> Iterator[StateDifference]:
-        """Yield the states in which only one runner asks for a plan again, after it has heard that there is none.
+        """Yield the states in which only one runner asks for a plan again after the answer that there is none.
 
         A runner asks again when a variable has changed that the planner reads (semantics 5.6), and other variables may
         count for the mutant. Any state without a plan is taken to precede any state in which the runner needs a plan.
@@ -110,7 +110,7 @@ class PlanDifferences:
 
 
 class _ShortestRests:
-    """What can follow in the shortest plans to one goal."""
+    """The operations that can follow in the shortest plans to one goal."""
 
     def __init__(self, answers: RunAnswers, goal: Predicate) -> None:
         self._policy = answers.policy(goal)

@@ -56,7 +56,7 @@ def blame(predicates: Sequence[Predicate], can_hold: Callable[[Predicate], bool]
 
 @dataclass(frozen=True, slots=True)
 class NearestMiss:
-    """How near runs come to a state in which a guard holds.
+    """The nearest state of runs to one in which a guard holds.
 
     Attributes:
         never: conjuncts that never hold together, as few as possible; a single one if it never holds.

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class RequirementStatus(StrEnum):
-    """What closing has found out about a built-in requirement."""
+    """The answer of closing about a built-in requirement."""
 
     HOLDS = "holds"
     VIOLATED = "violated"

@@ -59,7 +59,7 @@ class MissedGoal(NamedTuple):
 
     Attributes:
         graph: the graph of its run.
-        place: where it waits, goes round, or takes its last edge.
+        place: where it waits, repeats, or takes its last edge.
         edge: its last edge; `None` if it goes on without end.
         end: how it ends.
         operations: the operations that it repeats without end, if it does.
@@ -222,7 +222,7 @@ class RecoverySearch:
         return graph.label(edge.number) not in (TIME_LIMIT, PLAN_LIMIT)
 
     def _endless(self, graph: RunGraph, places: Sequence[FaultPlace]) -> Iterator[MissedGoal]:
-        """Yield a run that goes round without end, if there is one."""
+        """Yield a run that repeats without end, if there is one."""
         inside = {place: None for place in places if place.has_fault and not graph.is_at_rest(place.node)}
         following = {place: [next_ for next_ in self._within(graph, place) if next_ in inside] for place in inside}
         rounds = _between_cycles(following)
@@ -292,7 +292,7 @@ def _longest_ns(latency: Latency) -> int | None:
 
 
 def _between_cycles(following: dict[FaultPlace, list[FaultPlace]]) -> dict[FaultPlace, list[FaultPlace]]:
-    """Return the places that are on a cycle, or between two cycles, each with what follows it there."""
+    """Return the places that are on a cycle, or between two cycles, each with its successors there."""
     before: dict[FaultPlace, list[FaultPlace]] = {place: [] for place in following}
     for place, others in following.items():
         for each in others:

@@ -1,4 +1,4 @@
-"""What a run remembers about its requests, and which built-in requirements a step violates (semantics 7.12).
+"""The memory of a run about its requests, and which built-in requirements a step violates (semantics 7.12).
 
 The rules are those of `testing.built_in_requirements`, on packed states instead of records.
 """
@@ -22,7 +22,7 @@ _ANSWERED = (RequestState.SUCCEEDED.value, RequestState.FAILED.value)
 
 
 class RequestMemory(NamedTuple):
-    """What the judgement of a run's next steps needs to know about the steps before.
+    """The part of the steps before that decides how the next steps of a run are judged.
 
     Attributes:
         owners: the resources whose triggers are true, by number, each with the operation that made it true.

@@ -1,4 +1,4 @@
-"""All runs beside what they remember about requests: which steps violate a built-in requirement, and walks to them."""
+"""All runs with their memory of requests: which steps violate a built-in requirement, and walks to them."""
 
 from __future__ import annotations
 

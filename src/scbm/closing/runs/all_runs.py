@@ -178,7 +178,7 @@ class AllRuns:
 
     @property
     def visited(self) -> int:
-        """What runs visit, as bits of `Visits`."""
+        """The obligations that runs visit, as bits of `Visits`."""
         visited = 0
         for graph in self.graphs:
             visited |= graph.visits
@@ -186,7 +186,7 @@ class AllRuns:
 
     @property
     def cut_off(self) -> int:
-        """What runs visit only if a limit of plans ends them."""
+        """The obligations that runs visit only if a limit of plans ends them."""
         cut_off = 0
         for graph in self.graphs:
             for _, _, visits in graph.cut_offs:

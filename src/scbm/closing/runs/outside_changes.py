@@ -1,4 +1,4 @@
-"""Everything that changes from outside at settled moments, on packed states (semantics 9.2, 9.4, 9.5).
+"""The changes from outside at settled moments, on packed states (semantics 9.2, 9.4, 9.5).
 
 Some variables change freely. Environment transitions change others where their guards hold. Other users occupy shared
 resources, and leave them.

@@ -1,4 +1,4 @@
-"""What is left of plans, as numbers, so that positions can be compared: canonical plans, or a set of plans.
+"""The remaining parts of plans as numbers, so that positions can be compared: canonical plans, or a set of plans.
 
 Of a canonical plan the operations that are left are known. Of a set of plans (shortest, any) the state is known from
 which, by the planner's rules, the rest starts. Which operation follows is decided one by one.

@@ -94,7 +94,7 @@ class RunGraph:
 
     @property
     def visits(self) -> int:
-        """Everything that runs visit."""
+        """The obligations that runs visit."""
         return self.reach[0]
 
     def edges(self, node: int) -> Iterator[Edge]:
@@ -160,7 +160,7 @@ def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
 
 
 def steps_from(steps: Sequence[RunSteps], position: Position) -> Iterator[tuple[Happening, RunStep]]:
-    """Yield everything that can happen in a position, with what follows; `steps` are those of each goal."""
+    """Yield each event that is possible in a position, with its successor; `steps` are those of each goal."""
     if position.is_at_rest:
         yield from steps[0].at_rest(position)
         for number, each in enumerate(steps):
@@ -172,7 +172,7 @@ def steps_from(steps: Sequence[RunSteps], position: Position) -> Iterator[tuple[
 
 
 class _EnoughVisitedError(Exception):
-    """Everything was visited that the exploration is about."""
+    """The exploration is over: every obligation that it looks for was visited."""
 
 
 _REPORT_EVERY = 1_000
@@ -253,7 +253,7 @@ class _RunExploration:
         return self._until != 0 and not self._left
 
     def _first_steps(self) -> Iterator[tuple[Start, RunStep]]:
-        """Yield the initial states, with what follows."""
+        """Yield the initial states, with their successors."""
         for start in self._starts:
             rest = self._steps[0].initial(start.packed)
             yield start, RunStep(rest, 0) if self._from_rest else self._steps[0].begin(start.packed)

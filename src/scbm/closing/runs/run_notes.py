@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class NoteKind(Enum):
-    """What is noted."""
+    """The kind of a note."""
 
     BECOMES_CURRENT = "an operation becomes current while requests are left"
     ASKS_PLAN = "a plan is asked for while requests are left"

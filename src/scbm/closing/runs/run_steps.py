@@ -1,4 +1,4 @@
-"""What follows from an event in a run: the runner's micro-steps without time and records.
+"""The successors of a situation by one event: the runner's micro-steps without time and records.
 
 The order of micro-steps is that of `running.micro_steps`, the life of operations that of `running.lifecycle`. Here they
 are walked on packed states that keep only the variables that can influence a run. Time is left out: a deadline may pass
@@ -142,7 +142,7 @@ class SettlingRun:
 
 
 class _AnsweredStep(NamedTuple):
-    """What follows a request for a plan that the planner answers before anything else can happen.
+    """The step after a request for a plan that the planner answers before anything else can happen.
 
     Attributes:
         step: the rest of the step, without what was visited before the request.

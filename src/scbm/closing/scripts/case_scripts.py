@@ -71,7 +71,7 @@ class _ScriptedRequest:
 
 
 class _StrayedError(Exception):
-    """The next event of a path cannot happen in a real runner. The run of the case decides what it is worth."""
+    """The next event of a path cannot happen in a real runner. The case is kept for the visits of its run."""
 
 
 class CaseScripts:

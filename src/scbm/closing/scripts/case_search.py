@@ -252,7 +252,7 @@ def _bits(mask: int) -> Iterator[int]:
 
 
 class Merit(NamedTuple):
-    """What runs visit, as two sets of obligations.
+    """The obligations that runs visit, as two sets.
 
     Attributes:
         visited: all that they visit, as bits.

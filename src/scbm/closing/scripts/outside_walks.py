@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class _Phase(IntEnum):
-    """How far a walk has come."""
+    """The phase of a walk."""
 
     AT_FIRST = 0  # no goal was given
     ASKED = 1  # the last goal that was given has got no plan

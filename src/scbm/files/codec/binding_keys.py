@@ -290,4 +290,4 @@ BINDINGS_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (ServiceKeys, "a service"),
     (MeasuredTopicKeys, "a measured topic"),
 )
-"""What messages call the mappings of a bindings file."""
+"""The words of messages for the mappings of a bindings file."""

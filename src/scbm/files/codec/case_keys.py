@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from scbm.model.variables import State
 
 _WORD = re.compile(rf"(?!true$|false$){NAME.pattern}", re.ASCII)
-"""What can only be meant as the name of a goal: no predicate is a word, except two."""
+"""Texts that can only be the name of a goal: no predicate is a word, except two."""
 
 MAX_GOALS = 1_000
 """The maximum number of goals of a case."""
@@ -319,7 +319,7 @@ class CaseToWrite(NamedTuple):
 
     @property
     def expect(self) -> Expectations | None:
-        """What is expected of the run for the only goal."""
+        """The expectations of the run for the only goal."""
         return None if self.case.later else self.case.expect
 
     def _goal_data(self, name: str, predicate: Predicate) -> object:

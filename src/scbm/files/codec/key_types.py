@@ -31,7 +31,7 @@ K = TypeVar("K", bound=Keys)
 
 @dataclass(frozen=True)
 class TextType(KeyType[T | None], Generic[T]):
-    """What is made of scalars; its value is `None` if it is wrong.
+    """A type whose values are made of scalars; its value is `None` if it is wrong.
 
     Attributes:
         words: what the documentation calls it.

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 Data: TypeAlias = Any
-"""What a key is written as: scalars, lists and mappings, as YAML and JSON know them."""
+"""The written form of a value: scalars, lists and mappings, as in YAML and JSON."""
 
 
 # the shape check
@@ -60,7 +60,7 @@ class Spot:
 
     @property
     def shown(self) -> str:
-        """What messages call the node."""
+        """The words of messages for the node."""
         return f"this element of `{self.section}`" if self.is_element else f"`{self.section}`"
 
     @property
@@ -157,7 +157,7 @@ class Definitions:
 
 
 class KeyType(ABC, Generic[T_co]):
-    """What may stand under a key.
+    """The type of the value under a key.
 
     Attributes:
         words: what the documentation calls it.

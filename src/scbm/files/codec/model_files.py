@@ -157,7 +157,7 @@ def files_used_by(path: Path) -> tuple[Path, ...]:
 
 
 _START = "a model begins with `behavior_model: <name>`"
-"""How a model file begins, as a remedy for other texts."""
+"""The first line of a model file, as a remedy for other texts."""
 
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:

@@ -495,4 +495,4 @@ MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (PartUseKeys, "a part"),
     (ModelKeys, "the model"),
 )
-"""What messages call the mappings of a model file; an unknown key belongs to the first that declares it."""
+"""The words of messages for the mappings of a model file; an unknown key belongs to the first that declares it."""

@@ -98,7 +98,7 @@ def _nothing(_: object) -> None:
 
 
 class OutcomeKeys(Keys):
-    """What happens to one request or to several."""
+    """The rule of a case for one request or for several."""
 
     outcome = Key(
         _OUTCOME, "How the request ends: `succeed`, `fail`, `timeout` (no reply), or `any` (left open).", shown=ANY

@@ -266,7 +266,7 @@ class MeasuredTopicKeys(ReadingKeys):
         return MeasuredTopic(topic or "", kind, self._reading(name, variable, kind.data, place), self.best_effort)
 
     def _changing(self, name: str, resource: Resource, place: Place, unasked: tuple[str, ...]) -> Variable | None:
-        """Return the variable of a name; note one whose values the model does not expect unasked."""
+        """Return the variable of a name; report one whose values come only with replies."""
         variable = self.reader.scope.variables.get(name)
         if name in unasked:
             return variable

@@ -77,7 +77,7 @@ _COMPLETED = names_type("list of operations", _read_texts, FlowList)
 
 
 class RecordedPartsKeys(Keys):
-    """What a run for one goal did, part by part."""
+    """The recorded result of a run for one goal, part by part."""
 
     time = Key(
         TIME,
@@ -114,7 +114,7 @@ def _names_of(entries: tuple[Entry[tuple[str, ...] | None], ...]) -> list[str]:
 
 
 class RecordedGoalKeys(RecordedPartsKeys):
-    """What the run for one of several goals did."""
+    """The recorded result of the run for one of several goals."""
 
     end = Key(verdict_type("the end of a run"), "How the run for this goal ended.", required=True)
 
@@ -178,7 +178,7 @@ class RecordedKeys(RecordedPartsKeys):
 
 
 class _RecordedGoalData(NamedTuple):
-    """What the run for one goal did, as it is written; attributes as in `RecordedGoal`."""
+    """The recorded result of the run for one goal, as it is written; attributes as in `RecordedGoal`."""
 
     end: str
     visits: dict[str, list[str]] | None

@@ -128,4 +128,4 @@ class WaiversKeys(Keys):
 
 
 WAIVERS_OWNERS: tuple[tuple[type[Keys], str], ...] = ((WaiverKeys, "a waiver"), (WaiversKeys, "the file"))
-"""What messages call the mappings of a waivers file."""
+"""The words of messages for the mappings of a waivers file."""

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from scbm.model import Place
 
 NodeKind: TypeAlias = Literal["predicate", "requirement", "actions", "names", "assignments", "term", "text", "binding"]
-"""What stands under a key: how its texts are parsed."""
+"""The kind of text under a key, which says how it is parsed."""
 
 KINDS: dict[str, NodeKind] = {
     **dict.fromkeys(("g", "gr", "guard", "goal"), "predicate"),

@@ -43,7 +43,7 @@ _INDEXED = ("variables", "resources", "operations")
 """The sections whose names have an index that predicates and actions use."""
 
 _KINDS: dict[str, NodeKind] = {"goals": "predicate", "requirements": "requirement"}
-"""What an entry of a section is if it is no mapping."""
+"""The kind of text of an entry that is no mapping, for each section."""
 
 _GUARDS = ("pre", "guard", "g")
 """The keys of guards: a conjunct that reads no variable excludes choices as `where` does."""

@@ -49,13 +49,13 @@ _OPERATOR = re.compile(r"[-+]|[=!<>]=|[<>]|&&|\|\|")
 """An operator of predicates or sums; `->` and `<-` have one of these characters, too."""
 
 _CONDITION = re.compile(r"[=!<>]=|>|<(?!-)|&&|\|\||!|\bin\b")
-"""What only conditions have: an argument with it cannot stand for an operand of a comparison or a sum."""
+"""Tokens of conditions only: an argument with one of them cannot stand for an operand of a comparison or a sum."""
 
 _AFTER_OPERAND = re.compile(r"\s*([=!<>]=|>|<|[-+](?!>)|in\b|\[|,)")
-"""What follows an operand that is no whole condition."""
+"""Tokens after an operand that is no whole condition."""
 
 _BEFORE_OPERAND = re.compile(r"([=!<>]=|(?<!-)>|<-?|[-+]|[\[{,])\s*\Z")
-"""What precedes such an operand."""
+"""Tokens before such an operand."""
 
 _NUMBER = re.compile(r"\s*-?\d+\s*")
 

@@ -1,4 +1,4 @@
-"""What does not change during runs: types with their objects, and tables over these."""
+"""Facts that do not change during runs: types with their objects, and tables over these."""
 
 from __future__ import annotations
 

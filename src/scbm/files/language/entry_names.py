@@ -16,11 +16,11 @@ _NEARLY_NAME = re.compile(r"[\w .-]{1,60}", re.ASCII)
 """A text that is a name once its spaces and signs are replaced."""
 
 _RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
-"""What operations cannot be called, as other names begin with these words, or mean that there is none."""
+"""Words that operations cannot have as names: other names begin with them, or they mean "no operation"."""
 
 
 class NameFault(NamedTuple):
-    """What is wrong with the name of an entry."""
+    """The fault of the name of an entry."""
 
     slug: Slug
     message: str

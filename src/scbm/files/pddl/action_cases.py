@@ -24,7 +24,7 @@ MAX_ACTION_CASES = 32
 
 @dataclass(frozen=True, slots=True)
 class VariableChange:
-    """What a case sets: a variable with its index.
+    """The variable that a case sets, with its index.
 
     Attributes:
         fluent: the fluent of the variable.
@@ -126,7 +126,7 @@ _Equality = tuple[PddlFormula, PddlFormula]
 
 @dataclass(frozen=True, slots=True)
 class _CaseRules:
-    """What the cases of one action depend on.
+    """The facts on which the cases of one action depend.
 
     Attributes:
         domains: the objects of each parameter.

@@ -87,7 +87,7 @@ class AtomChange:
 
 @dataclass
 class ActionSummary:
-    """What the proof reads of an action.
+    """The part of an action that the proof reads.
 
     Attributes:
         required: the atoms that its conditions require to be true.

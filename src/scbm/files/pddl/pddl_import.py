@@ -37,7 +37,7 @@ _WIDTH = 110
 
 @dataclass(frozen=True, slots=True)
 class PddlImportOptions:
-    """What the user says about a domain.
+    """The options of an import: the choices of the user about a domain.
 
     Attributes:
         groups: predicates whose values exclude each other: `at`, `at.zone`.

@@ -53,7 +53,7 @@ _REFUSED = {
 """Expressions that a model cannot express, by their first word, and what of each is read to find further errors."""
 
 _BLANKS = {":metric": "all", **{word: kept for word, (_, kept) in _REFUSED.items()}}
-"""What the library does not get to read; a metric says nothing about the length of plans."""
+"""Sections that are removed before the library reads the file; a metric says nothing about the length of plans."""
 
 
 def read_pddl(domain: PddlText, problem: PddlText) -> PddlTask:

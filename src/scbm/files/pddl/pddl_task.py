@@ -56,7 +56,7 @@ EffectKind: TypeAlias = Literal["assign", "increase", "decrease"]
 
 @dataclass(frozen=True, slots=True)
 class PddlEffect:
-    """What an action changes: a fluent becomes a value, or more, or less by it.
+    """An effect of an action: a fluent becomes a value, or more, or less by it.
 
     Attributes:
         fluent: the fluent with its arguments.

@@ -49,8 +49,8 @@ class Topic:
         name: as ROS 2 writes it, from the root: `/scanner/request`.
         type: what its messages carry.
         is_latched: whether each publisher's last message reaches those that come later (transient local).
-        is_best_effort: whether a message that is lost on its way is lost. A subscription that asks for this hears
-            publishers of both kinds, and may lose messages of either; one that does not hears none that offer this.
+        is_best_effort: whether lost messages are not repeated (best effort). A best-effort subscription receives from
+            publishers of both kinds, and may lose messages; a reliable one receives only from reliable publishers.
     """
 
     name: str
@@ -168,12 +168,12 @@ class Bus(Protocol):
 
     @property
     def words(self) -> str:
-        """Where the nodes meet, in words: `this process`, `DDS domain 3`."""
+        """The domain or process that the nodes share, in words: `this process`, `DDS domain 3`."""
         ...
 
     @property
     def lease_ns(self) -> int | None:
-        """Peers that hear nothing of this node for so long count it as lost; `None` if there is no such time."""
+        """The time of silence after which peers count this node as lost; `None` if there is no such time."""
         ...
 
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> Publisher:

@@ -27,10 +27,10 @@ _LOOK_S = 0.1
 """The period of looking for peers: rclpy reports changes of topics, and never those of services."""
 
 _LEAVES_S = 1.0
-"""So long `close` waits for those that have not taken what was sent."""
+"""Maximum time that `close` waits for subscriptions that have not acknowledged the last messages."""
 
 _TYPES = {FieldType.BOOL: "boolean", FieldType.FLOAT32: "float", FieldType.FLOAT64: "double"}
-"""What the messages of rclpy call the types of their fields, where ROS 2 itself has another word."""
+"""The names of field types in rclpy that differ from those of ROS 2."""
 
 
 def open_ros2(node: str, domain: int, warn: Callable[[str], None]) -> RclpyBus:
@@ -236,7 +236,7 @@ class RclpyBus:
 
 @dataclass(eq=False, slots=True)
 class _RclpyPeers:
-    """How many are at the other end.
+    """The number of matched peers.
 
     Attributes:
         look: counts them, on the thread of the executor.

@@ -21,7 +21,7 @@ Join: TypeAlias = "Callable[[str], Bus]"
 
 @dataclass(frozen=True, slots=True)
 class Transport:
-    """What carries the messages of the nodes of a cell.
+    """A transport: it carries the messages of the nodes of a cell.
 
     Attributes:
         connect: gets the domain and a function for warnings, and returns what opens the buses of nodes. It is called

@@ -31,7 +31,7 @@ _MAX_ANSWERED = 100
 
 @dataclass(frozen=True, slots=True)
 class LinkContext:
-    """What a link to a real driver is made from.
+    """The arguments of every link to a real driver.
 
     Attributes:
         bus: carries its messages.
@@ -154,7 +154,7 @@ LINKS: dict[type[RequestBinding], Callable[[LinkContext], Link]] = {
     ServiceChoice: _service_link,
     TopicPair: _topic_link,
 }
-"""What makes the link to the driver of a resource, for each kind of binding."""
+"""The function that makes the link to a driver, for each kind of binding."""
 
 
 def _requests(context: LinkContext) -> Link | None:

@@ -33,7 +33,7 @@ Note: TypeAlias = MessageDisturbed | ResourceChanged
 """A record that no runner made: what the network did to a message, or a resource that was lost or came back."""
 
 NETWORK = "network"
-"""Who changes a resource if no injection does."""
+"""The name of the source of a change of a resource that no injection makes."""
 
 Count: TypeAlias = Annotated[int, Meta(ge=0)]
 """A whole number from 0 on."""
@@ -72,15 +72,15 @@ def event_json(event: Event | Note) -> dict[str, Any]:  # noqa: PLR0911 - one fo
 
 
 def read_event(data: object, model: BehaviorModel, at_ns: int = 0) -> Event | Note:
-    """The event or the note that JSON says.
+    """Parse an event or a note from JSON.
 
     Args:
-        data: what `event_json` made, as it came.
-        model: what the names in it are names of.
+        data: the JSON of `event_json`, as a peer or a file gives it.
+        model: the model whose names the event uses.
         at_ns: when it happened, in time of the run; notes are records, which have it in them.
 
     Raises:
-        ValueError: it says none; why.
+        ValueError: the data is no event, with the reason.
     """
     kind = data.get("kind") if isinstance(data, dict) else None
     if not isinstance(kind, str) or kind not in _KEYS:
@@ -90,7 +90,7 @@ def read_event(data: object, model: BehaviorModel, at_ns: int = 0) -> Event | No
 
 
 def read_note(data: object, model: BehaviorModel, at_ns: int) -> Note:
-    """The same, where only a note may come."""
+    """Parse a note; raise `ValueError` for any other event."""
     note = read_event(data, model, at_ns)
     if not isinstance(note, Note):
         raise ValueError("an event of the runner, where a note to the trace is expected")  # noqa: TRY004 - it is data
@@ -98,7 +98,7 @@ def read_note(data: object, model: BehaviorModel, at_ns: int) -> Note:
 
 
 def reaction_json(reaction: Reaction) -> dict[str, Any]:
-    """What happened to a request as data that `json` can write."""
+    """Return the reaction to a request as data that `json` can write."""
     measured = reaction.measured
     fields = {"resource": reaction.resource, "outcome": reaction.outcome.value, "latency_ns": reaction.latency_ns}
     travels = {"request": reaction.request, "reply": reaction.reply, "cancel": reaction.cancel}
@@ -110,7 +110,7 @@ def reaction_json(reaction: Reaction) -> dict[str, Any]:
 
 
 def read_reaction(data: object, model: BehaviorModel) -> Reaction:
-    """What `reaction_json` made. Raises `ValueError`."""
+    """Parse a reaction that `reaction_json` wrote. Raises `ValueError`."""
     fields = _JsonFields(data, ("resource", "outcome", "latency_ns", "measured", *_MESSAGES), "reaction", model)
     return Reaction(
         fields.resource("resource"),
@@ -204,7 +204,7 @@ class _JsonFields:
         return self.typed(name, words, f"one of {', '.join(str(word.value) for word in words)}")
 
     def resource(self, name: str) -> str:
-        """The name of a resource of the model."""
+        """Return the name of a resource of the model."""
         value = self._data[name]
         for resource in self.model.resources:
             if resource.name == value:
@@ -219,7 +219,7 @@ class _JsonFields:
         return tuple(written.items())
 
     def assigned(self, name: str) -> Changes:
-        """Variables, and values that a case may give them."""
+        """Return variables with values that a case may set."""
         values = self.values(name)
         space = self.model.running_space
         for variable, value in values:
@@ -232,7 +232,7 @@ class _JsonFields:
         return None if self._data[name] is None else self.typed(name, tuple[Count, ...], "a list of times")
 
     def predicate(self, name: str, where: Where) -> Predicate:
-        """A predicate over the variables of the model."""
+        """Return a predicate over the variables of the model."""
         try:
             return parse_predicate(self.text(name, most=None), Scope.of(self.model), where)
         except InputError as error:

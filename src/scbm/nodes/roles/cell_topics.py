@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class NodeContext:
-    """What every node of a cell is made from.
+    """The arguments of every node of a cell.
 
     Attributes:
         bus: carries its messages; the code that opened it closes it.

@@ -125,7 +125,7 @@ _MAX_RUNS = 1_000
 """Late replies to the requests of so many runs are dropped without a word."""
 
 _LOOK_S = 0.5
-"""So long after real resources were looked for, they are looked for again."""
+"""Period in which the controller looks for real resources."""
 
 
 @dataclass(slots=True)

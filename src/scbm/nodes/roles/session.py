@@ -202,8 +202,8 @@ class Session:
     """Runs cases over nodes. SIGINT ends it by `KeyboardInterrupt`, with the run given up.
 
     Attributes:
-        warn: gets sentences about what went wrong and is mended.
-        waiting: gets what a case waits for before it begins, once that takes long.
+        warn: called with a sentence for each fault that the session repairs.
+        waiting: called with a description of the missing nodes, once a case has waited for long.
     """
 
     def __init__(self, cell: Cell, model: BehaviorModel, digest: str, time_scale: Fraction, wait_s: float) -> None:

@@ -54,10 +54,10 @@ _QUIET_S = 1.0
 """A tester that waits longer than this reports the missing nodes."""
 
 _READY_S = 5.0
-"""So long nodes that are there may take to prepare a run."""
+"""Maximum time that nodes may take to prepare a run."""
 
 _AGAIN_S = 0.1
-"""So long after a node was asked to prepare, it is asked again."""
+"""Period in which the tester repeats `prepare` to a node that has not answered."""
 
 _SILENT_NS = 3_000_000_000
 """A controller that says nothing for so long after a deadline of its run has passed is lost, even if it is there."""

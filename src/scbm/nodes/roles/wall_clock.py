@@ -1,7 +1,7 @@
 """Drives one runner in wall time (decision 26).
 
-What happens is given to it with the time at which it came; a deadline passes at its own time, before all that came
-later. The runner itself is the one of simulations, and knows nothing of clocks.
+It gets each event with the time at which the event arrived. A deadline passes at its own time, before all later
+events. The runner itself is the one of simulations, and knows nothing of clocks.
 
 The time of a run: wall time since it began, some times faster (decision 26).
 """

@@ -1,4 +1,4 @@
-"""Breadth-first exploration of a graph whose states are given by what follows from them, and distances on demand.
+"""Breadth-first exploration of a graph that is given by a successor function, and distances on demand.
 
 The one loop behind the planner, the exploration of planning states, the hash engine, distances on demand and the graph
 of all runs (Russell and Norvig, chapter 3). States are expanded in the order in which they were found, and successors
@@ -52,7 +52,7 @@ class BreadthFirst(Generic[State, Action]):
 
     @property
     def frontier(self) -> int:
-        """How many states were found and not expanded."""
+        """The number of states that were found and not expanded."""
         return len(self.states) - self.expanded
 
     def expand_level(self) -> None:

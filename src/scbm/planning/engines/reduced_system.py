@@ -38,7 +38,7 @@ class ReducedRegion:
 
 @dataclass(frozen=True)
 class ReducedSystem:
-    """What an engine explores.
+    """The system that an engine explores.
 
     Attributes:
         space: the relevant variables, in order, with their whole domains.
@@ -56,7 +56,7 @@ class ReducedSystem:
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
-        """How many values each variable can have."""
+        """The number of values that each variable can have."""
         return tuple(map(len, self.values))
 
     def condition(self, predicate: Predicate) -> NormalForm:

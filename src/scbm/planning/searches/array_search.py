@@ -124,7 +124,7 @@ class _ArrayLevels:
 
     @property
     def _left(self) -> int:
-        """How many more states may be expanded forwards."""
+        """Return how many more states may be expanded forwards."""
         return self._request.limits.expansions - self._forwards
 
     # forwards

@@ -1,7 +1,7 @@
 """Hypothesis strategies for the test cases of a model.
 
-All of them shrink towards what is plain: the nominal state, the first goal, success, nothing injected, a perfect
-network. All of them draw only what a case file may say.
+All of them shrink towards the simplest case: the nominal state, the first goal, success, no injection, a perfect
+network. They draw only cases that a case file can express.
 """
 
 try:

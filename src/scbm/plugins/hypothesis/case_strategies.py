@@ -60,7 +60,7 @@ _T = TypeVar("_T")
 
 
 def one_of(choices: Sequence[_T]) -> SearchStrategy[_T]:
-    """One of the choices; shrinks towards the first.
+    """Draw one of the choices; shrinks towards the first.
 
     Hypothesis writes down what it draws from, and warns if that is long, as predicates and states are. So it draws a
     number.
@@ -81,7 +81,7 @@ def goals(model: BehaviorModel) -> SearchStrategy[tuple[str, Predicate]]:
 
 
 _MAX_LISTED = 10_000
-"""So many combinations of random values are looked through; of a model with more, others are drawn beside these."""
+"""Number of combinations of random values that are enumerated; in a model with more, further ones are drawn."""
 
 
 def initial_states(model: BehaviorModel) -> SearchStrategy[State]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scbm.testing import Execution
 
 _FILE = "model.run(…)"
-"""What errors call the arguments of a run."""
+"""The name of the arguments of a run in errors."""
 
 
 def factory(models: SessionModels, directory: Path) -> Callable[..., ModelUnderTest]:

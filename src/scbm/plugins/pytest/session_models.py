@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 _PREFIX = "--scbm-"
-"""What the options of the plugin begin with."""
+"""The prefix of the options of the plugin."""
 
 
 def planner_asked_for(config: pytest.Config) -> PlannerChoice:
@@ -239,7 +239,7 @@ class SessionModels:
 
     @property
     def recording(self) -> RecordingMode:
-        """What the options ask to be recorded in case files."""
+        """The recording mode that the options ask for."""
         return RecordingMode(*(bool(self.config.getoption(f"{_PREFIX}{name}")) for name in ("record", "update")))
 
     def recorded(self, loaded: LoadedModel, written: WrittenCase, test: str) -> Case:

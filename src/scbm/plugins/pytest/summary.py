@@ -115,7 +115,7 @@ def _short(part: SessionPart, statuses: Statuses | None) -> Iterator[Text]:
 
 
 def _rendered(text: Text, *, coloured: bool) -> str:
-    """One line for a terminal, however long it is."""
+    """Return one line for a terminal, however long it is."""
     if not coloured:
         return text.plain
     stream = StringIO()

@@ -204,7 +204,7 @@ class ReportView:
 
     @property
     def short_of_goal(self) -> str:
-        """How many cases passed although they missed a goal, and why, in words; empty for none."""
+        """The number of cases that passed although they missed a goal, with the reasons, in words; empty for none."""
         return short_of_goal_in_words(self.history.short_count, self.history.short)
 
     @property
@@ -251,7 +251,7 @@ class ReportView:
 
     @property
     def evidence(self) -> AssertionEvidence:
-        """What the store says about asserted obligations, or why it says nothing."""
+        """The answers of the store about asserted obligations, or why there are none."""
         return self.history.evidence
 
     @cached_property
@@ -261,7 +261,7 @@ class ReportView:
 
     @property
     def asserted_words(self) -> str:
-        """How many visited obligations have each answer, in words; empty if none are known."""
+        """The number of visited obligations with each answer, in words; empty if none are known."""
         return "" if self.asserted is None else asserted_words(self.asserted)
 
     @property

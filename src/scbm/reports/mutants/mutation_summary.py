@@ -1,4 +1,4 @@
-"""What reports about mutants show: the results with the suite that was run, by operator and by entry of the model."""
+"""The content of reports about mutants: the results with their suite, by operator and by entry of the model."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 BENIGN = "breaks no requirement"
-"""What reports say of a mutant that breaks no requirement in its witness that the model keeps there."""
+"""The words of reports for a mutant whose witness violates no requirement that the model satisfies there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class MutationSummary:
 
     @property
     def assumptions(self) -> tuple[str, ...]:
-        """What proofs of equivalence assume, one sentence each; empty if there are none."""
+        """The assumptions of proofs of equivalence, one sentence each; empty without proofs."""
         if not self.counts.of_status(MutantStatus.EQUIVALENT):
             return ()
         planner = planner_of(self.model).name

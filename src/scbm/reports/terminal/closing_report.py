@@ -62,7 +62,7 @@ _OPEN = _FigureSegment("?", "bold red", "undecided")
 
 @dataclass(frozen=True, slots=True)
 class ClosingSetting:
-    """What the report shows in addition to the result.
+    """The settings of the report: commands and files that it shows beside the result.
 
     Attributes:
         file: the model file, for the commands that are suggested.

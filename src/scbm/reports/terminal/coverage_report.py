@@ -153,7 +153,7 @@ _ADVICE_INDENT = 17
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a report shows in addition to the results.
+    """The settings of a report: commands and parts that it shows beside the results.
 
     Attributes:
         file: the model file, for the suggested commands.

@@ -117,7 +117,7 @@ class Assertion(StrEnum):
     NOTHING_ASSERTED = "nothing_asserted"
     """No such case does, and one of its mutants behaves differently."""
     UNKNOWN = "unknown"
-    """It has no mutants, or all of them are equivalent or undecided."""
+    """The obligation has no mutants, or all of them are equivalent or undecided."""
 
     __hash__ = str.__hash__  # of equal value, and without a call of Python for each lookup
 
@@ -128,7 +128,7 @@ class Assertion(StrEnum):
 
 
 class MutantNotice(NamedTuple):
-    """What is known of a mutant, for the obligations that it belongs to.
+    """The result of a mutant, for the obligations that it belongs to.
 
     Attributes:
         belongs: the obligations that it belongs to, as bits.
@@ -244,7 +244,7 @@ class AssertedObligations:
 
 @dataclass(frozen=True, slots=True)
 class AssertionEvidence:
-    """What a store says about the obligations that cases visit.
+    """The answers of a store about the obligations that cases visit.
 
     Attributes:
         found: the answers; `None` if no result of mutants is about these cases.

@@ -1,4 +1,4 @@
-"""What the runs of the original model evaluated: their states, plans, timers and requests, with the cases of each.
+"""Evaluations in runs of the original model: their states, plans, timers and requests, with the cases of each.
 
 A run is followed by its trace. Sets of cases are integers: bit i stands for case i, from 0.
 """
@@ -54,7 +54,7 @@ class EvaluatedPlan:
 
 @dataclass(slots=True)
 class Evaluations:
-    """What the runs of some cases evaluated.
+    """The evaluations in the runs of some cases.
 
     Attributes:
         program: the compiled original model.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class MutantStatus(StrEnum):
-    """What is known of a mutant."""
+    """The status of a mutant."""
 
     KILLED = "killed"
     """A case fails on it that passes on the original."""
@@ -30,7 +30,7 @@ class MutantStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class MutantResult:
-    """What is known of one mutant.
+    """The result of one mutant.
 
     Attributes:
         mutant: the mutant.
@@ -61,7 +61,7 @@ class MutantResult:
 
 @dataclass(frozen=True, slots=True)
 class MutantCounts:
-    """How many of some mutants have each status.
+    """The number of mutants with each status.
 
     Attributes:
         killed, equivalent, survived, undecided: the number of mutants with that status.

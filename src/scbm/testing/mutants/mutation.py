@@ -45,19 +45,19 @@ class MutatedPart(StrEnum):
     DEADLINE = "deadline"
     DISABLED_DEADLINE = "disabled_deadline"
     OPERATIONS = "operations"
-    """Which operations there are, or their order."""
+    """The list of operations, or their order."""
     AUTOMATIC_G = "g"
     AUTOMATIC_GR = "gr"
     AUTOMATIC_A = "a"
     AUTOMATIC_AR = "ar"
     AUTOMATIC_TRANSITIONS = "automatic_transitions"
-    """Which automatic transitions there are, or their order."""
+    """The list of automatic transitions, or their order."""
     INITIAL = "initial"
     REQUEST = "request"
     ENVIRONMENT_GUARD = "guard"
     ENVIRONMENT_ACTIONS = "actions"
     ENVIRONMENT = "environment"
-    """Which environment transitions there are."""
+    """The list of environment transitions."""
 
 
 @dataclass(frozen=True, slots=True)

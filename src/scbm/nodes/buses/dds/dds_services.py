@@ -1,7 +1,7 @@
 """Services in the layout of rmw_cyclonedds: a topic of requests, and one of responses.
 
-Each request and response begins with `guid`, which client, and `seq`, which of its calls. All clients of a service hear
-all responses, and drop those that are not their own.
+Each request and response begins with `guid`, which client, and `seq`, which of its calls. All clients of a service
+receive all responses, and drop those to other clients.
 """
 
 from __future__ import annotations

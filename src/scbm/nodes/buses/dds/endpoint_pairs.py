@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cyclonedds.internal import SampleInfo
 
 _BLOCKS_NS = 2_000_000_000
-"""So long writing waits for readers that do not acknowledge: longer than a lost one stays matched."""
+"""Maximum time that writing waits for readers that do not acknowledge: longer than a lost one stays matched."""
 
 _PADDED_TO = 4
 """Payloads in RTPS are as long as that, or a multiple of it."""

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from scbm.nodes.buses.dds.thread_bridge import HandOver
 
 _BLOCKS_S = 2
-"""So long `publish` waits for subscriptions that do not acknowledge: longer than a lost one stays matched."""
+"""Maximum time that `publish` waits for subscriptions that do not acknowledge: longer than a lost one stays matched."""
 
 _HANDLE_MASK = 2**64 - 1
 """Handles come as signed numbers with a status, and without a sign with a sample."""

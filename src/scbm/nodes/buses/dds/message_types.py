@@ -52,14 +52,14 @@ _DATA: dict[MessageType, FieldType] = {
 }
 
 _HEADER: Fields = (("guid", FieldType.UINT64), ("seq", FieldType.INT64))
-"""What rmw_cyclonedds puts in front of requests and responses: which client, and which of its calls.
+"""The fields that rmw_cyclonedds puts before requests and responses: the client, and the number of its call.
 
 A service may have such fields of its own. The header is called `guid_` and `seq_` then, as no field in ROS 2 is: the
 layout is the same, and ROS 2 does not send the names of members.
 """
 
 _NOTHING: Fields = (("structure_needs_at_least_one_member", FieldType.UINT8),)
-"""What stands for no fields at all, as IDL has no empty structures."""
+"""The field of a type without fields, as IDL has no empty structures."""
 
 _FIELD_NAME = re.compile(r"[a-z](_?[a-z0-9])*")
 

@@ -1,8 +1,8 @@
 """Participants of a DDS domain: joining, the ROS 2 graph, and leaving.
 
-What Cyclone DDS says while it starts: it gives codes that say nothing, and writes the reason to stderr.
+Errors at the start of Cyclone DDS: its error codes do not give the reason, which it writes to stderr.
 
-How a participant appears in ROS 2: it says itself which endpoints belong to which node (rmw_dds_common).
+The ROS 2 graph: a participant announces which endpoints belong to which node (rmw_dds_common).
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ TOPIC = "ros_discovery_info"
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,254}")
 _NAMESPACE = re.compile(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+")
 _BLOCKS_NS = 2_000_000_000
-"""So long writing waits for readers that do not acknowledge: longer than a lost one stays matched."""
+"""Maximum time that writing waits for readers that do not acknowledge: longer than a lost one stays matched."""
 
 _QOS = Qos(
     Policy.Reliability.Reliable(_BLOCKS_NS),
