@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from scbm.model import FORMS
-from scbm.model.requirement_patterns import spellings
+from scbm.model.requirements import spellings
 from scbm.testing.built_in_requirements import BUILT_INS
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -49,7 +49,7 @@ from scbm.model import (
     Variable,
 )
 from scbm.model.predicates import bounds
-from scbm.model.requirement_patterns import PlaceholderKind, pattern_parts
+from scbm.model.requirements import PlaceholderKind, pattern_parts
 from scbm.model.variables import PLAN_STATE, request_state_name, resource_variables, runner_variables, trigger_name
 from support.draws import flag, one_of, some_of, whole
 

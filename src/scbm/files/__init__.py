@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     )
     from scbm.files.file_writer import FileWriter
     from scbm.files.goal_editing import add_goals, with_goals
-    from scbm.files.input_file import open_input
     from scbm.files.key_reference import bindings_schema, case_schema, model_schema, part_schema, waivers_schema
     from scbm.files.language.expressions import (
         parse_action,
@@ -49,7 +48,7 @@ if TYPE_CHECKING:
     from scbm.files.language.quantities import parse_duration, parse_share
     from scbm.files.language.scope import Scope, Where
     from scbm.files.spelling import nearest, suggestion
-    from scbm.files.yaml.text_files import read_file
+    from scbm.files.yaml.text_files import open_input, read_file
 
 __all__ = [
     "CaseDocument",
@@ -109,12 +108,11 @@ __getattr__ = lazy_exports(
         ),
         "file_writer": "FileWriter",
         "goal_editing": "add_goals with_goals",
-        "input_file": "open_input",
         "key_reference": "bindings_schema case_schema model_schema part_schema waivers_schema",
         "language.expressions": "parse_action parse_predicate parse_requirement parse_state parse_value",
         "language.quantities": "parse_duration parse_share",
         "language.scope": "Scope Where",
         "spelling": "nearest suggestion",
-        "yaml.text_files": "read_file",
+        "yaml.text_files": "open_input read_file",
     },
 )

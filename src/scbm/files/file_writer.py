@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import IO, TYPE_CHECKING
 
 from scbm.files.codec.model_files import files_used_by
-from scbm.files.input_file import open_input
+from scbm.files.yaml.text_files import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ Every object prints itself in the notation of model files; `scbm.files` reads th
 from scbm.model.behavior import (
     FIRST_PLANNER,
     BehaviorModel,
+    EnvironmentTransition,
     GoalOrder,
     InitialStates,
     LiftedOrigin,
@@ -13,6 +14,8 @@ from scbm.model.behavior import (
     PlannerChoice,
     PlannerIdentity,
     PlanSet,
+    Rate,
+    RateKind,
     RunsDeclaration,
     Waiver,
 )
@@ -34,7 +37,6 @@ from scbm.model.bindings import (
 )
 from scbm.model.diagnostics import Diagnostic, InputError, Place, ScbmError, Severity
 from scbm.model.durations import format_duration, format_moment, stable_durations
-from scbm.model.environment import EnvironmentTransition, Rate, RateKind
 from scbm.model.operations import Action, Add, Assign, Operation, Transition
 from scbm.model.packing import Packing
 from scbm.model.predicates import (

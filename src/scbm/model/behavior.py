@@ -1,4 +1,4 @@
-"""Behavior models: variables, operations and automatic transitions (paper, Section II); initial states and waivers."""
+"""Behavior models (paper, Section II): variables, operations, other transitions, initial states, waivers."""
 
 from __future__ import annotations
 
@@ -16,11 +16,54 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.model.diagnostics import Place
-    from scbm.model.environment import EnvironmentTransition
     from scbm.model.operations import Action, Operation, Transition
     from scbm.model.requirements import Requirement
-    from scbm.model.resources import Resource
+    from scbm.model.resources import Latency, Resource
     from scbm.model.values import Value
+
+
+class RateKind(StrEnum):
+    """When the clock of an environment transition starts."""
+
+    EVERY = "every"
+    """At the beginning of a run, and again each time that it has passed."""
+    AFTER = "after"
+    """The clock starts when the guard becomes true, and stops when it becomes false."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """How often an environment transition fires in a simulation.
+
+    Attributes:
+        kind: when its clock starts.
+        time: the distribution of the time that the clock runs.
+        place: where it is written; two rates that differ only in their places are equal.
+    """
+
+    kind: RateKind
+    time: Latency
+    place: Place | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class EnvironmentTransition:
+    """A change that something outside the model and its resources makes, such as a person who presses a button.
+
+    Attributes:
+        name: an identifier.
+        guard: where it can fire; reads no variable of the runner.
+        actions: what it assigns, all at once; declared variables only.
+        rate: how often it fires in a simulation; `None` for never.
+    """
+
+    name: str
+    guard: Predicate
+    actions: tuple[Action, ...]
+    rate: Rate | None = None
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.guard} / [{', '.join(map(str, self.actions))}]"
 
 
 @dataclass(frozen=True, slots=True)

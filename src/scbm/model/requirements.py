@@ -1,4 +1,4 @@
-"""Requirements: sentences over a run, and their forms (`FORMS`; semantics 7.3).
+"""Requirements: sentences over a run, their forms (`FORMS`), and the patterns of these (semantics 7.3).
 
 A form of requirement is a class and an entry in `FORMS`. The class says how the form is written and which runs violate
 it. The grammar, the printed sentence, the JSON Schema and the tables of the documentation follow from the class.
@@ -6,17 +6,19 @@ it. The grammar, the printed sentence, the JSON Schema and the tables of the doc
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from enum import StrEnum
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, cast
+from enum import Enum, StrEnum
+from functools import cache
+from itertools import product
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, assert_never, cast
 
 from scbm.model.durations import format_duration, format_moment
 from scbm.model.predicates import Predicate
-from scbm.model.requirement_patterns import written
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model.values import Value
 
@@ -258,3 +260,79 @@ BUILT_IN_NAMES: dict[str, str] = {
 
 `BUILT_INS` in `testing/built_in_requirements.py` has the class of each, which finds violations in a run.
 """
+
+
+class PlaceholderKind(Enum):
+    """The kind of value that a letter of a pattern stands for. A new kind needs a case in each match over kinds."""
+
+    PREDICATE = "predicate"
+    DURATION = "duration"
+    """Whole nanoseconds, written with a unit."""
+    NUMBER = "number"
+    """A whole number from 0 on."""
+
+
+PLACEHOLDERS: dict[str, PlaceholderKind] = {
+    **dict.fromkeys("pqr", PlaceholderKind.PREDICATE),
+    **dict.fromkeys("de", PlaceholderKind.DURATION),
+    **dict.fromkeys("mn", PlaceholderKind.NUMBER),
+}
+"""The letters of patterns. All other words of a pattern stand for themselves."""
+
+_PART = re.compile(r"\[(?P<optional>[^][]+)\]|(?P<required>[^][]+)")
+
+
+@dataclass(frozen=True, slots=True)
+class PatternPart:
+    """Words of a pattern that are either all required or all in the same brackets, and so optional together."""
+
+    words: tuple[str, ...]
+    is_optional: bool
+
+    @property
+    def kinds(self) -> tuple[PlaceholderKind, ...]:
+        """The kinds of the letters, in order."""
+        return tuple(PLACEHOLDERS[word] for word in self.words if word in PLACEHOLDERS)
+
+
+@cache
+def pattern_parts(pattern: str) -> tuple[PatternPart, ...]:
+    """Return the parts of a pattern, in order."""
+    parts = ((match["required"] or match["optional"], match["optional"]) for match in _PART.finditer(pattern))
+    return tuple(PatternPart(tuple(text.split()), optional is not None) for text, optional in parts if text.strip())
+
+
+def kinds_of(pattern: str) -> tuple[PlaceholderKind, ...]:
+    """Return the kinds of all letters of a pattern, in order."""
+    return tuple(kind for part in pattern_parts(pattern) for kind in part.kinds)
+
+
+def spellings(pattern: str) -> tuple[str, ...]:
+    """Return all ways to write a pattern: without and with each optional part."""
+    ways = ([(), part.words] if part.is_optional else [part.words] for part in pattern_parts(pattern))
+    return tuple(" ".join(word for words in way for word in words) for way in product(*ways))
+
+
+def written(pattern: str, values: Sequence[object]) -> str:
+    """Return a pattern with values in the places of its letters; leave out optional parts whose values are `None`."""
+    left = iter(values)
+    return " ".join(word for part in pattern_parts(pattern) for word in _written_part(part, left))
+
+
+def _written_part(part: PatternPart, left: Iterator[object]) -> Iterator[str]:
+    values = [(kind, next(left)) for kind in part.kinds]
+    if any(value is None for _, value in values):
+        return
+    texts = (_text(kind, value) for kind, value in values)
+    for word in part.words:
+        yield next(texts) if word in PLACEHOLDERS else word
+
+
+def _text(kind: PlaceholderKind, value: object) -> str:
+    match kind:
+        case PlaceholderKind.PREDICATE | PlaceholderKind.NUMBER:
+            return str(value)
+        case PlaceholderKind.DURATION:
+            return format_duration(cast("int", value))
+        case _:
+            assert_never(kind)

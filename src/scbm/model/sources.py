@@ -18,8 +18,7 @@ from scbm.model.variables import VariableSource
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from scbm.model.behavior import BehaviorModel
-    from scbm.model.environment import EnvironmentTransition
+    from scbm.model.behavior import BehaviorModel, EnvironmentTransition
     from scbm.model.operations import Action
     from scbm.model.resources import Resource
     from scbm.model.values import Value

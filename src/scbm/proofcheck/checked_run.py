@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, TypeAlias, assert_never
 from scbm.model import OperationState, PlanState, RequestState, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.proofcheck.certificate import ClaimedAspect, ClaimedObligation
-from scbm.proofcheck.checker_planner import NoPlanExists, PlanningLimitReached
-from scbm.proofcheck.checker_plans import PlansFound
+from scbm.proofcheck.checker_planner import NoPlanExists, PlanningLimitReached, PlansFound
 
 if TYPE_CHECKING:
     from scbm.model import Predicate, Value
     from scbm.proofcheck.certificate import Queue, Situation
-    from scbm.proofcheck.checker_plans import CheckedPlans, Following
+    from scbm.proofcheck.checker_planner import CheckedPlans, Following
     from scbm.proofcheck.guarded_parts import GuardedRule, GuardedRules, OperationRules, Values
 
 MAX_AUTOMATIC = 1_000

@@ -23,8 +23,7 @@ from scbm.proofcheck.checked_run import (
     Question,
     ReplyEvent,
 )
-from scbm.proofcheck.checker_planner import NoPlanExists
-from scbm.proofcheck.checker_plans import PlansFound, plans_of
+from scbm.proofcheck.checker_planner import NoPlanExists, PlansFound, plans_of
 from scbm.proofcheck.guarded_parts import GuardedRules
 
 if TYPE_CHECKING:

@@ -33,8 +33,7 @@ from scbm.model import (
 from scbm.model.sources import free_groups, outside_values
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.running.lifecycle import LifecycleState, OperationPart
-from scbm.running.macro_steps import PlanQueue
-from scbm.running.micro_steps import MicroSteps
+from scbm.running.micro_steps import MicroSteps, PlanQueue
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -52,17 +52,21 @@ from scbm.running.events import (
     records_of,
 )
 from scbm.running.lifecycle import OperationMove, PlanEffect
-from scbm.running.macro_steps import MAX_MACRO_STEPS, MAX_TAKEN, MacroStep, TimelessRequest, without_time
 from scbm.running.micro_steps import (
+    MAX_MACRO_STEPS,
+    MAX_TAKEN,
     NO_TIME_PASSES,
     AutomaticMove,
+    MacroStep,
     MicroStep,
     PlanStep,
     RequestCancelling,
     RequestSending,
     RunTurn,
+    TimelessRequest,
     name_cycle,
     next_in_plan,
+    without_time,
 )
 from scbm.running.requests import Requests
 
@@ -73,7 +77,7 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Changes
     from scbm.model import Domain, Predicate, Value
     from scbm.model.packing import Test
-    from scbm.running.macro_steps import PlanQueue
+    from scbm.running.micro_steps import PlanQueue
     from scbm.running.program import CompiledStep, Program, RequestLine
 
 

@@ -9,8 +9,8 @@ import pytest
 from scbm.files import Scope, digest_of, load_model, parse_predicate
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
-from scbm.files.expansion.part_files import SHARED_SECTIONS
 from scbm.files.expansion.part_names import NAMED_SECTIONS
+from scbm.files.expansion.parts import SHARED_SECTIONS
 from scbm.model import Diagnostic, Domain, InputError, Variable
 
 MODEL = """\

@@ -44,7 +44,7 @@ from scbm.planning import (
 )
 from scbm.planning.plan_answers import always
 from scbm.planning.plan_search import MAX_PLAIN, SEARCHES, breadth_first, brief_answer, search_plan
-from scbm.planning.searches import array_search, visited_states
+from scbm.planning.searches import array_search, array_states
 
 FROM_BOTH_ENDS = "arrays from both ends"
 EACH_ENGINE = pytest.mark.parametrize("engine", [*SEARCHES, FROM_BOTH_ENDS])
@@ -196,8 +196,8 @@ def test_states_of_several_words_with_equal_hashes_are_not_confused(monkeypatch:
     reduced = PlanLimits(length=2)
     expected = _plain(model, reduced)
     assert _search(model, "arrays", reduced) == expected
-    factors = visited_states.multiplier
-    monkeypatch.setattr(visited_states, "multiplier", lambda number: 0 if number < 4 else factors(number))
+    factors = array_states.multiplier
+    monkeypatch.setattr(array_states, "multiplier", lambda number: 0 if number < 4 else factors(number))
     assert _search(model, "arrays", reduced) == expected
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from scbm.cases.coverage.instance_folds import InstanceFolds
-    from scbm.cases.coverage.lifted_statuses import (
+    from scbm.cases.coverage.lifted_obligations import (
+        InstanceFolds,
         LiftedStatus,
         LiftedStatuses,
         ObjectListVisits,
@@ -92,8 +92,7 @@ __all__ = [
 __getattr__ = lazy_exports(
     __name__,
     {
-        "instance_folds": "InstanceFolds",
-        "lifted_statuses": "LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of",
+        "lifted_obligations": "InstanceFolds LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of",
         "obligations": "ASSERTED COVERABLE KINDS LIFTED STATE_ASPECTS Aspect Figure Obligation Obligations Threshold",
         "set_cover": "Cover smallest_cover",
         "statuses": (

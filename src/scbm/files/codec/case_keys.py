@@ -47,8 +47,7 @@ from scbm.files.codec.network_keys import NetworkKeys, network_owners, random_ke
 from scbm.files.codec.outcome_keys import OutcomeKeys, RuleReader, RuleType, stretches_of
 from scbm.files.codec.recorded_keys import RecordedGoalKeys, RecordedKeys
 from scbm.files.codec.value_reader import ValueReader
-from scbm.files.language.entry_names import NAME
-from scbm.files.language.scope import Where
+from scbm.files.language.scope import NAME, Where
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
 from scbm.model.predicates import TRUE, Predicate

@@ -24,8 +24,7 @@ from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, Oper
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.variable_keys import VariableKeys
 from scbm.files.codec.waiver_keys import TEXT, WAIVER_LIST, WaiverKeys, waivers_of
-from scbm.files.language.entry_names import NAME
-from scbm.files.language.scope import Scope, Where
+from scbm.files.language.scope import NAME, Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
 from scbm.model.behavior import (

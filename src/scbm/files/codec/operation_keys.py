@@ -16,11 +16,11 @@ from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.lifted.handshake_keys import HandshakeKeys
 from scbm.files.codec.lifted.object_keys import where_key
 from scbm.files.codec.resource_keys import LATENCY
-from scbm.files.expansion.rewritten_scalar import PlacedScalar
+from scbm.files.expansion.expanded_nodes import PlacedScalar
 from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest
 from scbm.model import Slug
-from scbm.model.environment import EnvironmentTransition, Rate, RateKind
+from scbm.model.behavior import EnvironmentTransition, Rate, RateKind
 from scbm.model.operations import MAX_SUM_CASES, Operation, Transition, count_sum_cases
 from scbm.model.predicates import TRUE, Predicate
 

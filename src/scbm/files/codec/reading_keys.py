@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from scbm.files.codec.key_types import NAME_NODE, NamesType, ScalarOrMappingType, ScalarType, scalar_node
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.ros_names import MESSAGE_TYPE, ROS_NAME, SharedNames
-from scbm.files.language.entry_names import NAME
+from scbm.files.language.scope import NAME
 from scbm.files.spelling import suggestion
 from scbm.files.yaml.yaml_writer import Quoted
 from scbm.model import Place, Slug

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, TypeVar
 
-from scbm.files.language.entry_names import NAME, name_fault
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.resolver import Resolver
-from scbm.files.language.scope import Scope, Where
+from scbm.files.language.scope import NAME, Scope, Where, name_fault
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
 from scbm.model.predicates import FALSE, TRUE, Predicate, conjunction, flat_conjunction

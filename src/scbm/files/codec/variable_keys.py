@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from scbm.files.codec.key_types import SCALAR_SCHEMA, VALUE, ScalarOrListType, ScalarType, node_of
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.lifted.object_keys import where_key
-from scbm.files.language.entry_names import NAME
 from scbm.files.language.grammar import keywords
+from scbm.files.language.scope import NAME
 from scbm.files.spelling import nearest
 from scbm.model import Slug
 from scbm.model.values import Domain, Value, format_value

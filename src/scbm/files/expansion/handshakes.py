@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import (
     MappingEntry,
+    Piece,
+    PlacedScalar,
+    RewrittenScalar,
     entries_of,
     list_node,
     mapping_node,
@@ -17,7 +20,6 @@ from scbm.files.expansion.expanded_nodes import (
     text_node,
     with_entries,
 )
-from scbm.files.expansion.rewritten_scalar import Piece, PlacedScalar, RewrittenScalar
 from scbm.model import Place, Slug
 
 if TYPE_CHECKING:

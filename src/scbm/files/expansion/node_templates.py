@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from scbm.files.expansion.expanded_nodes import (
     MappingEntry,
+    RewrittenScalar,
     entries_of,
     list_node,
     scalar_node,
     text_node,
     with_entries,
 )
+from scbm.files.expansion.expanded_nodes import Piece as ScalarPiece
 from scbm.files.expansion.formulas import (
     AtomFormula,
     Bound,
@@ -27,8 +29,6 @@ from scbm.files.expansion.formulas import (
 )
 from scbm.files.expansion.lifted_parser import LiftedParser
 from scbm.files.expansion.lifted_tokens import text_of
-from scbm.files.expansion.rewritten_scalar import Piece as ScalarPiece
-from scbm.files.expansion.rewritten_scalar import RewrittenScalar
 from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE
 from scbm.files.language.syntax import MAX_CHARACTERS
 from scbm.files.yaml.document import YamlNode

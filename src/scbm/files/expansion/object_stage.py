@@ -20,7 +20,7 @@ from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
 from scbm.files.expansion.stage_keys import LIFTED_SECTIONS
 from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
-from scbm.files.language.entry_names import name_fault
+from scbm.files.language.scope import name_fault
 from scbm.files.yaml.instance_names import InstanceNames
 from scbm.model import Slug
 from scbm.model.variables import (

@@ -6,10 +6,17 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, scalar_node, with_entries
-from scbm.files.expansion.rewritten_scalar import Piece, RewrittenScalar
+from scbm.files.expansion.expanded_nodes import (
+    MappingEntry,
+    Piece,
+    RewrittenScalar,
+    entries_of,
+    list_node,
+    scalar_node,
+    with_entries,
+)
 from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE
-from scbm.files.language.entry_names import name_fault, reserved_names
+from scbm.files.language.scope import name_fault, reserved_names
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
 

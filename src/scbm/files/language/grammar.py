@@ -12,8 +12,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING, assert_never
 
-from scbm.model.requirement_patterns import PLACEHOLDERS, PlaceholderKind, pattern_parts, spellings
-from scbm.model.requirements import FORMS
+from scbm.model.requirements import FORMS, PLACEHOLDERS, PlaceholderKind, pattern_parts, spellings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

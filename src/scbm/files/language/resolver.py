@@ -37,7 +37,7 @@ from scbm.model.predicates import (
     bounds,
     substituted,
 )
-from scbm.model.requirement_patterns import PlaceholderKind, kinds_of
+from scbm.model.requirements import PlaceholderKind, kinds_of
 from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
 from scbm.model.variables import Role, Variable
 

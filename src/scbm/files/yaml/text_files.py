@@ -1,14 +1,15 @@
-"""Reads files as text and as the tree of a mapping, and collects all errors of one text."""
+"""Reads files as text and as the tree of a mapping, regular files only, and collects all errors of one text."""
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import shlex
+import stat
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
-from scbm.files.input_file import open_input
 from scbm.files.spelling import nearest
 from scbm.files.yaml.document import YamlNode, read_document
 from scbm.files.yaml.instance_names import CopiedNames, InstanceNames
@@ -320,3 +321,27 @@ def _unreadable(slug: Slug, message: str, path: Path) -> InputError:
     if slug is Slug.FILE_MISSING:
         remedy = similar_file_remedy(path)
     return InputError([Diagnostic(slug, message, Place(str(path)), remedy)])
+
+
+_KINDS = (
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
+
+def open_input(path: Path) -> IO[bytes]:
+    """Open a regular file, or a symbolic link to one, for reading.
+
+    Raises:
+        OSError: the file cannot be opened, or is no regular file. The kind of the file is known before it is opened, as
+            opening a pipe waits for a writer.
+    """
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(mode):
+        kind = next((noun for is_kind, noun in _KINDS if is_kind(mode)), "no file")
+        raise OSError(errno.EINVAL, f"it is {kind}, and only regular files are read", str(path))
+    return path.open("rb")

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from scbm.planning.plan_answers import Answer, Limit, LimitReached, Solved, Unsolvable, raise_if_cancelled
-from scbm.planning.searches.array_moves import MoveMatrix, WordLayout, WordVectors
+from scbm.planning.searches.array_states import KeyCollisionError, MoveMatrix, VisitedStates, WordLayout, WordVectors
 from scbm.planning.searches.perimeter import Perimeter, TooManyGoalsError
-from scbm.planning.searches.visited_states import KeyCollisionError, VisitedStates
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
     from scbm.model.normal_form import NormalForm
     from scbm.planning.engines.reduced_system import ReducedSystem
-    from scbm.planning.searches.array_moves import Words
+    from scbm.planning.searches.array_states import Words
     from scbm.planning.searches.search_request import SearchRequest
 
     Places: TypeAlias = NDArray[np.int32]

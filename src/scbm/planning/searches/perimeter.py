@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scbm.model.normal_form import AllOf, OneOf, indices_of
-from scbm.planning.searches.array_moves import MAX_CELLS, columns_of
+from scbm.planning.searches.array_states import MAX_CELLS, VisitedStates, columns_of
 from scbm.planning.searches.mutexes import FactPairs, literals
-from scbm.planning.searches.visited_states import VisitedStates
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,8 +23,8 @@ if TYPE_CHECKING:
     from scbm.planning.engines.array_engine import Flags
     from scbm.planning.engines.joint_moves import JointMove
     from scbm.planning.engines.reduced_system import Coordinates, ReducedSystem
-    from scbm.planning.searches.array_moves import WordLayout, Words
     from scbm.planning.searches.array_search import ArraySearch
+    from scbm.planning.searches.array_states import WordLayout, Words
 
 _MAX_GOALS = 1 << 16
 """Maximum number of goal states; with more of them a search backwards is of little use."""

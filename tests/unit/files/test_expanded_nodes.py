@@ -5,8 +5,16 @@ from __future__ import annotations
 import pytest
 
 from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
-from scbm.files.expansion.expanded_nodes import entries_of, list_node, mapping_node, text_node, with_entries
-from scbm.files.expansion.rewritten_scalar import Piece, PlacedScalar, RewrittenScalar
+from scbm.files.expansion.expanded_nodes import (
+    Piece,
+    PlacedScalar,
+    RewrittenScalar,
+    entries_of,
+    list_node,
+    mapping_node,
+    text_node,
+    with_entries,
+)
 from scbm.files.expansion.stages import expand
 from scbm.files.yaml.document import YamlNode
 from scbm.files.yaml.source_text import Scalar

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from scbm.model import Constant, Equal, Reference
-from scbm.model.requirement_patterns import PlaceholderKind, kinds_of, spellings, written
+from scbm.model.requirements import PlaceholderKind, kinds_of, spellings, written
 
 PATTERN = "p at most n times [within d of q] until r"
 P, Q, R = (Equal(Reference(name), Constant(True)) for name in ("a", "b", "c"))

@@ -1,4 +1,4 @@
-"""The statuses of lifted obligations, and the lifted figure (semantics 8.6)."""
+"""Obligations of entries with parameters: their statuses over all instances, and short lists of their names."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from scbm.cases.coverage import (
     Coverage,
     Decision,
     Figure,
+    InstanceFolds,
     LiftedStatuses,
     ObjectListVisits,
     Obligation,
@@ -24,7 +25,8 @@ from scbm.cases.coverage import (
     WaiverReview,
     instances_of,
 )
-from scbm.cases.coverage.lifted_statuses import folded_decision
+from scbm.cases.coverage.lifted_obligations import folded_decision
+from scbm.closing.summaries import in_few_words
 from scbm.files import read_model
 from scbm.model import Waiver
 from support.profiles import examples
@@ -198,3 +200,38 @@ def test_the_united_figure_is_that_of_the_names_without_objects(others: list[tup
     backwards = LiftedStatuses.of(MODEL, Statuses.of(coverage), joined[::-1])
     assert backwards is not None
     assert backwards.counts == lifted.counts
+
+
+FOLDED_MODEL = read_model(
+    """behavior_model: doors
+types: {door: [d1, d2, d3, d4, d5]}
+variables:
+  open[door]: {domain: bool, initial: false}
+operations:
+  open_it[d in door]: {pre: {g: open.d == false}, post: {g: true, a: [open.d <- true]}}
+  rest: {pre: {g: true}, post: {g: true}}
+automatic_transitions:
+  open_it[d in door]: {g: open.d == true, a: [open.d <- false]}
+"""
+)
+FOLDS = InstanceFolds.of(FOLDED_MODEL)
+DOORS = [f"open_it.d{number}" for number in range(1, 6)]
+
+
+def test_all_instances_are_one_name_with_their_number() -> None:
+    assert FOLDS.folded([*DOORS[:2], "rest", *DOORS[2:]]) == ("open_it (5)", "rest")
+
+
+def test_many_instances_are_counted_and_few_are_named() -> None:
+    assert FOLDS.folded(DOORS[:4]) == ("open_it (4 of 5)",)
+    assert FOLDS.folded(DOORS[1:4]) == tuple(DOORS[1:4])
+
+
+def test_names_of_models_without_parameters_stay() -> None:
+    assert InstanceFolds({}, {}).folded(["open_it.d1", "rest"]) == ("open_it.d1", "rest")
+
+
+def test_groups_of_obligations_are_folded_by_kind() -> None:
+    about = [Obligation(name, aspect) for name in DOORS for aspect in (Aspect.FAILED, Aspect.TIMEDOUT, Aspect.TAKEN)]
+    assert in_few_words(about, FOLDS) == ("open_it (5): failed, timedout", "automatic/open_it (5)")
+    assert in_few_words(about[:3]) == ("open_it.d1: failed, timedout", "automatic/open_it.d1")
