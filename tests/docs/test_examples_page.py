@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from scbm.cases.coverage import Obligations
-from scbm.cli.verbs.example_cells import EXAMPLES
+from scbm.cli.verbs.init import EXAMPLES
 from scbm.files import load_model
 
 ROOT = Path(__file__).parents[2]

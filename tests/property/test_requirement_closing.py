@@ -10,7 +10,7 @@ import pytest
 
 from scbm.cases import Case
 from scbm.closing import CloseLimits
-from scbm.closing.requirements.decided_requirements import RequirementStatus
+from scbm.closing.decisions import RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.model import BehaviorModel, GoalOrder, InputError, RunsDeclaration
 from scbm.testing import Campaign, Execution, FailureKind, RandomCases, Tester

@@ -1,4 +1,4 @@
-"""The result of closing: a decision for each obligation, with its cases, certificates and suggestions; and faults.
+"""The result of closing: decisions about obligations and requirements, with cases, certificates, suggestions, faults.
 
 The cases that show a fault are failed cases, and new cases that end as no run of a correct model does.
 """
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.cases.coverage import Coverage, Figure, Obligation
-    from scbm.closing.requirements.decided_requirements import RequirementDecisions
     from scbm.model import BehaviorModel, Predicate, Waiver
     from scbm.proofcheck import Certificate
     from scbm.testing import Campaign, Execution
@@ -361,3 +360,55 @@ def _end_sentence(end: End, execution: Execution) -> str:
     if end is End.LIVELOCK:
         return f"ends in a livelock: {describe_cycle(detail)}"
     return f"ends in an error of the model: {', '.join(detail)}"
+
+
+class RequirementStatus(StrEnum):
+    """The answer of closing about a built-in requirement."""
+
+    HOLDS = "holds"
+    VIOLATED = "violated"
+    UNDECIDED = "undecided"
+    OFF = "off"
+
+
+@dataclass(frozen=True, slots=True)
+class DecidedRequirement:
+    """The decision about one built-in requirement.
+
+    Attributes:
+        name: its name.
+        status: the decision.
+        reason: in which runs it holds, how the case violates it, what ended the search, or why it is switched off.
+        case: the name of the case that violates it; `None` if it is not violated.
+        execution: the run of that case, if it is a new one.
+        option: the option of `scbm close` that raises the limit that ended the search, if there is one.
+    """
+
+    name: str
+    status: RequirementStatus
+    reason: str
+    case: str | None = None
+    execution: Execution | None = None
+    option: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RequirementDecisions:
+    """The decisions about all built-in requirements of a model.
+
+    Attributes:
+        decided: one decision for each, in the order of `BUILT_INS`.
+        situations: the number of situations of runs that were explored.
+        assumptions: what those that hold assume, one sentence each.
+        is_interrupted: whether the user ended the search.
+    """
+
+    decided: tuple[DecidedRequirement, ...]
+    situations: int = 0
+    assumptions: tuple[str, ...] = ()
+    is_interrupted: bool = False
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a requirement is undecided."""
+        return any(each.status is RequirementStatus.UNDECIDED for each in self.decided)

@@ -13,10 +13,17 @@ if TYPE_CHECKING:
     from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, key_of, sayable
     from scbm.store.history_reader import read_history
     from scbm.store.model_edits import Dropped
-    from scbm.store.mutant_writer import MutantWriter, write_mutants
     from scbm.store.replays import Replays, drawn_recipe, network_words, written_recipe
     from scbm.store.store_union import Combined, combine_stores
-    from scbm.store.store_writer import StoreFigures, StoreWriter, begin_run, time_now, write_store
+    from scbm.store.store_writer import (
+        MutantWriter,
+        StoreFigures,
+        StoreWriter,
+        begin_run,
+        time_now,
+        write_mutants,
+        write_store,
+    )
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import (
         RECORDED,
@@ -72,13 +79,12 @@ __getattr__ = lazy_exports(
         "history": "Drawn History ModelSource Recipe StoredCase StoredRun Written key_of sayable",
         "history_reader": "read_history",
         "model_edits": "Dropped",
-        "mutant_writer": "MutantWriter write_mutants",
         "replays": "Replays drawn_recipe network_words written_recipe",
         "store_union": "Combined combine_stores",
+        "store_writer": "MutantWriter StoreFigures StoreWriter begin_run time_now write_mutants write_store",
         "stored_evidence": "StoredCertificate",
         "stored_mutants": (
             "RECORDED VERDICTS MutatedSuite StoredMutant StoredMutation basis_of covers_limits limits_text"
         ),
-        "store_writer": "StoreFigures StoreWriter begin_run time_now write_store",
     },
 )

@@ -1,4 +1,4 @@
-"""Add a run to a store, case by case. Each case is committed at once.
+"""Adds to a store: a run case by case, and the results of mutants one by one. Each is committed at once.
 
 `begin_run` draws a random id. This module is the only one of the store that reads a clock.
 """
@@ -35,7 +35,7 @@ from scbm.store.store_file import (
 )
 from scbm.store.store_tables import CaseRow, Tables, VisitTotals, time_text
 from scbm.store.stored_mutants import basis_of, find_evidence
-from scbm.testing.mutants import NO_MUTANTS, AssertionEvidence
+from scbm.testing.mutants import NO_MUTANTS, AssertionEvidence, MutantStatus
 
 if TYPE_CHECKING:
     import sqlite3
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from scbm.store.history import Recipe
     from scbm.store.store_tables import ModelRow
     from scbm.store.stored_evidence import StoredCertificate
+    from scbm.store.stored_mutants import MutatedSuite, StoredMutant
     from scbm.testing import CaseResult
 
 
@@ -278,3 +279,64 @@ def refuse_another_model(path: Path, rows: Sequence[ModelRow], model: BehaviorMo
         message += "; it does not say whether only the objects differ, as an older scbm wrote it"
     remedy = "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` takes over what is unchanged"
     raise problem(Slug.STORE_OTHER_MODEL, path, message, remedy)
+
+
+@contextmanager
+def write_mutants(path: Path, model: BehaviorModel, suite: MutatedSuite) -> Iterator[MutantWriter]:
+    """Open a store, or create it, to add results of mutants.
+
+    Raises:
+        InputError: the file is not a store, is damaged, newer, of another model, or cannot be written.
+    """
+    with open_for_writing(path) as connection:
+        yield MutantWriter(connection, path, model, suite)
+
+
+class MutantWriter:
+    """Adds the results of the mutants of one suite.
+
+    Attributes:
+        known: the results that the store has for this suite, by the names of the mutants.
+        decisions: the results that the store has for mutants of the same model which no case killed, by their names and
+            the limits of the search.
+    """
+
+    def __init__(self, connection: sqlite3.Connection, path: Path, model: BehaviorModel, suite: MutatedSuite) -> None:
+        self._connection = connection
+        self._path = path
+        self._model = model
+        self._suite = suite
+        self._is_begun = False
+        self.known: dict[str, StoredMutant] = {}
+        self.decisions: dict[str, dict[str, StoredMutant]] = {}
+        with store_errors(path), understood(path), snapshot(connection):
+            if has_tables(connection, path):
+                digest = digest_of(model)
+                models = Tables(connection).models()
+                refuse_another_model(path, models, model, digest)
+                show_as_newest(connection)
+                show_model(connection, digest, Obligations.of(model))
+                if any(row.digest == digest for row in models):
+                    self._read()
+
+    def _read(self) -> None:
+        for mutation in MutantTables(self._connection).mutations():
+            suite = mutation.suite
+            if suite.key == self._suite.key:
+                self.known = {result.name: result for result in mutation.results}
+            if (suite.basis, suite.made_by) == (self._suite.basis, self._suite.made_by):
+                for result in mutation.results:
+                    if result.limits is not None and result.status is not MutantStatus.KILLED:
+                        self.decisions.setdefault(result.name, {})[result.limits] = result
+
+    def add(self, result: StoredMutant) -> None:
+        """Add a result, which is then in the store even if the process is killed. Raise `InputError`."""
+        with store_errors(self._path), understood(self._path), transaction(self._connection):
+            tables = MutantTables(self._connection)
+            if not self._is_begun:
+                make_tables(self._connection)
+                models = Tables(self._connection)
+                refuse_another_model(self._path, models.models(), self._model, digest_of(self._model))
+                tables.put_mutation(self._suite, models.put_model(self._model, keeps_current=True))
+            tables.put_results(self._suite.key, [result])
+        self._is_begun = True

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from conftest import Ran
-from scbm.closing.mutants.survivors import Survivors
+from scbm.closing.mutants.equivalences import Survivors
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.batches.mutation_work import MutationWork
 from scbm.testing.mutants import MUTATIONS, MutantResult, MutantStatus, MutationRuns

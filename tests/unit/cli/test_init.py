@@ -9,8 +9,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from conftest import Ran
-from scbm.cli.verbs.example_cells import EXAMPLES
-from scbm.cli.verbs.init import project_files
+from scbm.cli.verbs.init import EXAMPLES, project_files
 from scbm.files import load_model, open_case
 
 pytest_plugins = "pytester"

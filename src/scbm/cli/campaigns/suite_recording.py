@@ -12,15 +12,15 @@ from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
 from scbm.reports.figure_table import command_text, shown_path
 from scbm.testing import Tester
-from scbm.testing.case_recording import RecordingStatus, recordings_of, write_recordings
 from scbm.testing.recorded_results import is_of_record
+from scbm.testing.written_cases import RecordingStatus, recordings_of, write_recordings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.cli.campaigns.suite import Suite
     from scbm.testing import Campaign
-    from scbm.testing.case_recording import CaseRecording, RecordingMode
+    from scbm.testing.written_cases import CaseRecording, RecordingMode
 
 _MAX_LISTED = 10
 """Maximum number of files that get their first result, or none, and are listed."""

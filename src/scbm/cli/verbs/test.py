@@ -55,7 +55,7 @@ from scbm.cli.options.verb_options import (
     Store,
 )
 from scbm.reports.figure_table import shown_path
-from scbm.testing.case_recording import RecordingMode
+from scbm.testing.written_cases import RecordingMode
 
 
 def command(

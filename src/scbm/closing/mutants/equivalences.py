@@ -1,26 +1,28 @@
-"""Decides whether mutants of one model are equivalent to it (decision 50)."""
+"""Decides whether mutants of one model are equivalent to it, as a proof or by a witness (decision 50)."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.closing.mutants.comparable_mutant import IncomparableError, changed_names, comparable
-from scbm.closing.mutants.mutant_decisions import EquivalentMutant, UndecidedMutant
+from scbm.closing.mutants.mutant_decisions import DifferentMutant, EquivalentMutant, UndecidedMutant
 from scbm.closing.mutants.observed_runs import ObservedRuns
 from scbm.closing.mutants.plan_differences import PlanDifferences
 from scbm.closing.mutants.runner_differences import RunnerDifferences
-from scbm.closing.mutants.witness_search import WitnessSearch
+from scbm.closing.mutants.witness_search import WitnessSearch, differ_only_in_payloads, first_difference
 from scbm.closing.mutants.world_differences import WorldDifferences
 from scbm.closing.runs.all_runs import CloseLimits
 from scbm.closing.runs.situations import PlanningTooLargeError
 from scbm.model import PlanSet
+from scbm.testing.mutants import MutantResult, MutantStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.closing.mutants.mutant_decisions import MutantDecision
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, State
     from scbm.running import Program
 
 
@@ -102,3 +104,49 @@ def _why_hidden(world: WorldDifferences) -> str:
     if world.without_rate is not None:
         return f"the environment transition {world.without_rate} has no rate, so it fires in no simulation"
     return "something else changes from outside, or at first, and no simulated case that was tried shows it"
+
+
+class Survivors:
+    """Decides about mutants of one model that survived a suite; the runs of the model are explored once."""
+
+    def __init__(self, model: BehaviorModel, limits: CloseLimits, progress: Callable[[str], None]) -> None:
+        """Explore the runs of the model. For the arguments see `Equivalences`."""
+        self._equivalences = Equivalences(model, limits, progress) if model.goals else None
+
+    def decided(self, result: MutantResult) -> MutantResult:
+        """Return the result of a mutant with what is decided about it; that of a killed mutant as it is."""
+        if result.status is not MutantStatus.UNDECIDED:
+            return result
+        if self._equivalences is None:
+            return replace(result, reason="the model has no goals, and proofs and witnesses are about them")
+        nominal = self._equivalences.model.nominal_state
+        decision = self._equivalences.decide(result.mutant.model)
+        match decision:
+            case EquivalentMutant():
+                return replace(result, status=MutantStatus.EQUIVALENT)
+            case UndecidedMutant(reason, option):
+                remedy = "" if option is None else f"; a larger `{option}` may decide it"
+                return replace(result, reason=f"{reason}{remedy}")
+            case DifferentMutant():
+                return _survived(result, decision, nominal)
+            case _:
+                assert_never(decision)
+
+
+def _survived(result: MutantResult, found: DifferentMutant, nominal: State) -> MutantResult:
+    reason, name = "", f"witness-{found.original.digest[:8]}"
+    if not found.original.verdict.passed:
+        reason = f"{name} shows it, but fails on the model itself, too"
+    elif not found.kills:
+        seen = first_difference(found.original, found.mutated, nominal)
+        reason = f"{name} shows it, but its recorded result does not: {seen}"
+        if differ_only_in_payloads(found.original, found.mutated):
+            reason += "; no expectation and no requirement is about what requests carry"
+    return replace(
+        result,
+        status=MutantStatus.SURVIVED,
+        reason=reason,
+        witness=found.recorded(name),
+        is_benign=found.is_benign,
+        is_killable=not reason,
+    )

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-from scbm.closing.proofs.explored_proofs import scope_of_proofs
+from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.model import GoalOrder
 from scbm.running.lifecycle import OperationMove

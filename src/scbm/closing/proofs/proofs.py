@@ -1,7 +1,10 @@
-"""Proofs that nothing visits an obligation, cheap arguments first, and their certificates (decision 18).
+"""Proofs that nothing visits an obligation, cheap arguments first; their certificates, and the runs that they explore.
 
 The cheapest are facts of the model file: no deadline, no way to fail, a precondition that is true. For these each
 operation is taken by itself; nothing that happens in runs is used.
+
+What no run visits whichever plans are chosen is uncoverable. What no run visits under the declared plans (canonical or
+shortest), while others may, is excluded by the planner.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from typing import TYPE_CHECKING
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.closing.proofs.blame import nearest_miss
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
+from scbm.closing.runs.all_runs import AllRuns, RunScope
 from scbm.files import digest_of
 from scbm.model import (
     And,
@@ -28,23 +32,16 @@ from scbm.model import (
     StateSpace,
 )
 from scbm.model.satisfiability import is_satisfiable
+from scbm.model.sources import outside_groups
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
 from scbm.planning import planner_of
 from scbm.planning.engines import may_leave
-from scbm.proofcheck import (
-    Certificate,
-    Fact,
-    GoalRuns,
-    RunsArgument,
-    Situation,
-    StructureArgument,
-    ValuesArgument,
-)
+from scbm.proofcheck import Certificate, Fact, GoalRuns, RunsArgument, Situation, StructureArgument, ValuesArgument
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from scbm.closing.runs.all_runs import AllRuns
+    from scbm.closing.runs.all_runs import CloseLimits
     from scbm.model import BehaviorModel, Operation, PlannerIdentity, Predicate
     from scbm.proofcheck import Argument
 
@@ -265,3 +262,53 @@ def _runs_argument(runs: AllRuns) -> RunsArgument:
     parts = zip(runs.model.goals, found, strict=True)
     named = (GoalRuns(name, tuple(situations), runs.planned_names(goal)) for (name, goal), situations in parts)
     return RunsArgument(names, tuple(named), runs.goals, runs.plans)
+
+
+_MAX_OF_ANY_PLANS = 100_000
+"""Maximum number of situations of runs with any plans: mostly some times as many as with canonical ones."""
+
+
+def scope_of_proofs(model: BehaviorModel, plans: PlanSet = PlanSet.CANONICAL) -> RunScope:
+    """Return which runs proofs about a model are about."""
+    outside = outside_groups(model)
+    return RunScope(outside, model.runs.goals, plans, from_rest=bool(outside))
+
+
+def explored_for_proofs(
+    model: BehaviorModel,
+    limits: CloseLimits,
+    progress: Callable[[str], None],
+    missing: int,
+    known: Sequence[AllRuns],
+) -> tuple[AllRuns, ...]:
+    """Return the explored runs that prove something about what is missing, those of any plans first.
+
+    Args:
+        model: the model.
+        limits: the limits of the exploration.
+        progress: called with a description of each phase as it begins.
+        missing: the obligations that are left to decide, as bits of `Visits`.
+        known: runs that were explored before, of which some may be those of proofs.
+
+    Raises:
+        KeyboardInterrupt: the user ended the exploration.
+    """
+    is_canonical = all(runs.other_planner is None for runs in known)
+    canonical = next((runs for runs in known if runs.scope == scope_of_proofs(model)), None)
+    if canonical is not None:
+        missing &= ~(canonical.visited | canonical.cut_off)  # no proof is about these
+    found = []
+    for plans in (PlanSet.ANY, model.runs.plans):
+        if not missing or (plans is not PlanSet.ANY and not is_canonical):
+            break
+        runs = canonical if plans is PlanSet.CANONICAL else None
+        if runs is None:
+            most = min(limits.situations, _MAX_OF_ANY_PLANS) if plans is PlanSet.ANY else limits.situations
+            scope = scope_of_proofs(model, plans)
+            runs = AllRuns(model, replace(limits, situations=most), progress, scope, until=missing)
+        if runs.is_interrupted:
+            raise KeyboardInterrupt
+        if runs.proves:
+            found.append(runs)
+            missing &= runs.visited | runs.cut_off
+    return tuple(found)

@@ -10,7 +10,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.trace import End
-from scbm.closing.requirements.request_search import ViolatingWalk
+from scbm.closing.requirements.request_monitor import ViolatingWalk
 from scbm.closing.runs.run_notes import NoteKind
 from scbm.closing.runs.situations import PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind
 from scbm.closing.runs.walks import path_along

@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING
 from scbm.cases import Expectations
 from scbm.cases.coverage import Decision
 from scbm.cases.coverage.assumptions import assumptions
-from scbm.closing.proofs.explored_proofs import scope_of_proofs
-from scbm.closing.requirements.decided_requirements import (
+from scbm.closing.decisions import (
     DecidedRequirement,
     RequirementDecisions,
     RequirementStatus,
 )
+from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.requirements.recovery_search import RecoverySearch
-from scbm.closing.requirements.request_monitor import RequestMonitor
-from scbm.closing.requirements.request_search import RequestSearch
+from scbm.closing.requirements.request_monitor import RequestMonitor, RequestSearch
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.closing.scripts.case_search import bounded
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, OutcomeRule
     from scbm.closing.decisions import Closing
     from scbm.closing.requirements.recovery_search import MissedGoal
-    from scbm.closing.requirements.request_search import ViolatingWalk
+    from scbm.closing.requirements.request_monitor import ViolatingWalk
     from scbm.closing.runs.all_runs import CloseLimits, RunScope
     from scbm.model import BehaviorModel
     from scbm.testing import Campaign, Execution

@@ -8,10 +8,10 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
-from scbm.closing.runs.noted_steps import NotedSteps
 from scbm.closing.runs.plan_queues import CanonicalQueues, QueuesByDistance
 from scbm.closing.runs.run_answers import SATISFICING_SHARE, RunAnswers
 from scbm.closing.runs.run_graph import Relevance, RunGraph, explore_runs, initial_states
+from scbm.closing.runs.run_notes import NotedSteps
 from scbm.closing.runs.run_steps import RunSteps
 from scbm.closing.runs.situations import TooManyRepliesError, Visits
 from scbm.model import GoalOrder, PlanSet

@@ -19,8 +19,8 @@ import pytest
 from scbm.files import load_model
 from scbm.model import InputError, PlannerChoice
 from scbm.testing import Campaign, Tester
-from scbm.testing.case_recording import RecordingMode, recordings_of, write_recordings
 from scbm.testing.planner_override import override_planner, refuse_unknown_planner
+from scbm.testing.written_cases import RecordingMode, recordings_of, write_recordings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

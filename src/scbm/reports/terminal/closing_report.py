@@ -21,7 +21,7 @@ from scbm.cases.coverage import (
 )
 from scbm.closing import Decision
 from scbm.closing.advice.suggestions import grouped
-from scbm.closing.requirements.decided_requirements import RequirementStatus
+from scbm.closing.decisions import RequirementStatus
 from scbm.closing.summaries import aspects_in_words, in_few_words, reason_about_it
 from scbm.model import format_moment
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Figure
     from scbm.closing import Closing, ClosingCase, Decided
     from scbm.closing.closing_files import ClosingFiles
-    from scbm.closing.decisions import Consequence, FoundFault, StageEnd
-    from scbm.closing.requirements.decided_requirements import DecidedRequirement
+    from scbm.closing.decisions import Consequence, DecidedRequirement, FoundFault, StageEnd
     from scbm.testing import Campaign, Finding
 
 _BAR_WIDTH = 50

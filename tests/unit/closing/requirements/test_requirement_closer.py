@@ -9,7 +9,7 @@ import pytest
 
 from scbm.cases import Case, OutcomeRule
 from scbm.closing import CloseLimits
-from scbm.closing.requirements.decided_requirements import DecidedRequirement, RequirementDecisions, RequirementStatus
+from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import load_model, read_case, read_model, write_case
 from scbm.model import BehaviorModel, GoalOrder, Outcome, PlanSet, RunsDeclaration

@@ -15,7 +15,7 @@ from uuid import uuid4
 from scbm.nodes.buses.bus import Answered, BusError
 from scbm.nodes.buses.dds import dds_names, message_types
 from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
-from scbm.nodes.buses.dds.participant_names import participant_names
+from scbm.nodes.buses.dds.participant import participant_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""Participants of a DDS domain: joining, the ROS 2 graph, and leaving.
+"""Participants of a DDS domain: joining, the ROS 2 graph, the names of others, and leaving.
 
 Errors at the start of Cyclone DDS: its error codes do not give the reason, which it writes to stderr.
 
@@ -15,6 +15,7 @@ from tempfile import TemporaryFile
 from threading import Lock
 from typing import TYPE_CHECKING
 
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant
 from cyclonedds.core import DDSException, Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.topic import Topic
@@ -24,9 +25,11 @@ from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, NodeEntitie
 from scbm.nodes.buses.dds.raw_samples import RawWriter, delete
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
+    from uuid import UUID
 
     from cyclonedds.core import Entity
+
 
 _STDERR = 2
 _LINE = re.compile(r"\d+\.\d+ \[\d*\] +[^:]*: (.*)")
@@ -213,3 +216,23 @@ def _error(domain: int, lines: list[str], error: DDSException) -> BusError:
     reasons = "; ".join(lines) or str(error)
     remedy = next((remedy for part, remedy in _REMEDIES if part in reasons), None)
     return BusError(f"DDS domain {domain} cannot be joined: {reasons}", remedy)
+
+
+_MOST = 1000
+"""Maximum number of participants that are looked through."""
+
+
+def participant_names(participant: DomainParticipant, keys: Iterable[UUID]) -> tuple[str, ...]:
+    """Return a name for each of some participants, sorted; a participant without properties is named by its key."""
+    reader = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
+    known = {sample.key: _name(sample.qos) for sample in reader.take(_MOST)}
+    delete(reader)
+    return tuple(sorted(known.get(key) or f"participant {key}" for key in keys))
+
+
+def _name(qos: Qos) -> str | None:
+    properties = {policy.key: policy.value for policy in qos if isinstance(policy, Policy.Property)}
+    process, number, machine = (properties.get(f"__{key}") for key in ("ProcessName", "Pid", "Hostname"))
+    if number is None:
+        return None
+    return f"{process or 'a program'} (process {number}{f' on {machine}' if machine else ''})"

@@ -10,7 +10,7 @@ import pytest
 
 from conftest import Ran
 from scbm.cases import Case
-from scbm.closing.mutants.compared_runs import differ_only_in_payloads, first_difference
+from scbm.closing.mutants.witness_search import differ_only_in_payloads, first_difference
 from scbm.files import read_model
 from scbm.testing import Execution, Tester
 
