@@ -49,7 +49,7 @@ def missed_reasons(
         statuses: the statuses of the obligations; `None` if visits alone decide them.
     """
     visits = coverage.visits()
-    reasons = _MissedReasons(model, visits, coverage.count)
+    reasons = _MissedReasons(model, visits, coverage.count, has_few_cases(coverage))
     known = {} if statuses is None else statuses.by_obligation
 
     def missed(obligation: Obligation) -> Missed:
@@ -62,6 +62,11 @@ def missed_reasons(
     return tuple(map(missed, (*coverage.missed(), *coverage.missed(Aspect.QUEUED))))
 
 
+def has_few_cases(coverage: Coverage) -> bool:
+    """Return whether cases, written or random, are so few that more of them may visit what these missed."""
+    return coverage.count < _FEW_CASES
+
+
 def close_command(file: str) -> str:
     """Return the command that decides all missed obligations, and writes cases for them."""
     return f"scbm close {shown_path(file)} --out closed"
@@ -72,6 +77,7 @@ class _MissedReasons:
     model: BehaviorModel
     visits: Mapping[Obligation, int]
     cases: int
+    are_few: bool
 
     def why(self, obligation: Obligation) -> str:
         """Return why an obligation is missing."""
@@ -80,7 +86,7 @@ class _MissedReasons:
             return f"its guard never held: {self._guard(subject)}"
         planned, executed = self._cases(subject, Aspect.QUEUED), self._cases(subject, Aspect.EXECUTING)
         if not planned:
-            more = "" if self.cases >= _FEW_CASES else "more cases, "
+            more = "more cases, " if self.are_few else ""
             return (
                 f"in no plan of {counted(self.cases, 'case')}: {more}another goal or another initial state may need it"
             )

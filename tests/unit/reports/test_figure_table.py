@@ -11,6 +11,7 @@ from scbm.cli.output.terminal import folded
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel
 from scbm.reports import Setting, coverage_report
+from scbm.reports.missed_reasons import missed_reasons
 from scbm.testing import Campaign, RandomCases, Tester
 from support.wording import Wording
 
@@ -72,6 +73,25 @@ def test_after_few_cases_the_first_advice_is_to_run_more(cases: int, wording: Wo
     lines = _report(read_model(SMALL % "go"), 80, cases)
     (advice,) = [line for line in lines if line.strip().startswith("1 queued")]
     wording(advice)
+
+
+@pytest.mark.parametrize("cases", [1, 19, 20])
+def test_the_first_advice_depends_on_the_number_of_all_cases_written_or_random(cases: int) -> None:
+    model = read_model(SMALL % "go")
+
+    def advice(**setting: object) -> str:
+        return next(line for line in _report(model, 80, cases, **setting) if line.strip().startswith("1 queued"))
+
+    assert advice(random=0) == advice(random=cases // 2) == advice(random=cases)
+
+
+@pytest.mark.parametrize("cases", [1, 20])
+def test_both_reports_ask_for_more_cases_after_the_same_number_of_cases(cases: int) -> None:
+    model = read_model(SMALL % "go")
+    campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(cases, 1)))
+    reason = missed_reasons(model, campaign.coverage, BEFORE)[-1].reason
+    advice = next(line for line in _report(model, 80, cases, random=0) if line.strip().startswith("1 queued"))
+    assert ("more cases" in reason) == ("more cases" in advice) == (cases == 1)
 
 
 def test_a_suggested_command_quotes_the_path_of_the_model() -> None:

@@ -29,7 +29,7 @@ from scbm.reports.figure_table import (
     shown_path,
     wrapped,
 )
-from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.missed_reasons import close_command, has_few_cases, missed_reasons
 from scbm.reports.status_lines import lifted_lines, status_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 
@@ -138,9 +138,6 @@ def _of_entry(entry: str, missed: Sequence[Missed], folds: InstanceFolds, column
 
 
 _REAL = "Real resources"
-_FEW_CASES = 20
-"""Fewer random cases than this say little about the goals and initial states of a model."""
-
 _UNPLANNED = "no plan needs them: add a goal or an initial state that does"
 _UNDISTURBED = "no case disabled them while next in a plan: add an injection"
 _UNFAILING = "no request fails: force it under `outcomes` of a case, or give it a share in those of the model"
@@ -317,8 +314,7 @@ def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tu
     if timeless:
         yield len(timeless), _TIMELESS
     if aspect is Aspect.QUEUED:
-        is_few = 0 < setting.random < _FEW_CASES
-        advice = [(len(missed), _BY_CHANCE if is_few else _UNPLANNED)]
+        advice = [(len(missed), _BY_CHANCE if has_few_cases(coverage) else _UNPLANNED)]
     elif aspect is Aspect.DISABLED:
         advice = [(len(missed), _UNDISTURBED)]
     elif aspect is Aspect.TIMEDOUT and not (_may(campaign, Outcome.TIMEOUT) or setting.loses_messages):
