@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
-
 from scbm.cases import trace
+from scbm.model.lazy_exports import deprecated_exports
 
-
-def __getattr__(name: str) -> object:
-    """Return the attribute of `scbm.cases.trace` with a deprecation warning, or raise `AttributeError`."""
-    value: object = getattr(trace, name)
-    warnings.warn(f"scbm.trace is now scbm.cases.trace: import {name} from there", DeprecationWarning, stacklevel=2)
-    return value
+__getattr__ = deprecated_exports("scbm.trace", trace)
