@@ -632,7 +632,7 @@ def _what_stopped(runs: AllRuns, others: Iterable[AllRuns], bit: int) -> str:
         )
     if is_visited:
         simulated = "in a simulation planning takes no time, deadlines pass last in their instant, and goals come first"
-        return f"there are runs that visit it, but none of the cases that were tried is one of them: {simulated}"
+        return f"some runs visit it, but no case that was tried has such a run: {simulated}"
     if runs.stopped is not None:
         return f"no run that visits it was found, and not all runs were explored: {runs.stopped}"
     return "no case that visits it was found, and runs with all goals and plans that are possible were not explored"

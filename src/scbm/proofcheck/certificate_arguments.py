@@ -126,7 +126,7 @@ def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgumen
 
 def _read_situation(parts: CertificateParts, value: object, path: JsonPath, *, is_of_set: bool) -> Situation:
     if not isinstance(value, list) or not _MIN_PARTS <= len(value) <= _MAX_PARTS:
-        parts.refuse(path, "a situation is a list of values, queue, requests in flight, and what it awaits")
+        parts.refuse(path, "a situation is a list of values, queue, requests in flight, and the awaited thing")
     values = parts.values(value[0], (*path, 0))
     queue: Queue = None
     if is_of_set and value[1] is not None:

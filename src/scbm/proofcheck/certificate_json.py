@@ -127,7 +127,7 @@ class CertificateParts:
         kind = document.get("argument")
         if not isinstance(kind, str) or kind not in ARGUMENTS:
             path: JsonPath = ("argument",) if "argument" in document else ()
-            raise _FaultError(path, f"the key `argument` says which one it is: {', '.join(ARGUMENTS)}")
+            raise _FaultError(path, f"the key `argument` is one of: {', '.join(ARGUMENTS)}")
         names_runs = version > _WITHOUT_RUNS
         is_present = {"model_file": "model_file" in document, "planner": version > _WITHOUT_PLANNER}
         is_present |= {"goals": names_runs, "plans": names_runs}

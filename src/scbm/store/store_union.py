@@ -146,7 +146,7 @@ def _refuse_other_models(stores: Sequence[_OpenStore], model: BehaviorModel) -> 
         message = f"this store is of another model than {last.path}: {difference(row.name, row.text, model)}"
         if relation is Kinship.UNKNOWN:
             message += "; it does not say whether only the objects differ, as an older scbm wrote it"
-        remedy = f"with --across-edits, what is unchanged goes over to the model of {last.path}"
+        remedy = f"with --across-edits, visits that are still valid count for the model of {last.path}"
         raise problem(Slug.STORE_OTHER_MODEL, store.path, message, remedy)
 
 

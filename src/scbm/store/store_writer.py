@@ -277,7 +277,9 @@ def refuse_another_model(path: Path, rows: Sequence[ModelRow], model: BehaviorMo
     message = f"this store is of another model than this one: {difference(current.name, current.text, model)}"
     if relation is Kinship.UNKNOWN:
         message += "; it does not say whether only the objects differ, as an older scbm wrote it"
-    remedy = "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` takes over what is unchanged"
+    remedy = (
+        "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` keeps the visits that are still valid"
+    )
     raise problem(Slug.STORE_OTHER_MODEL, path, message, remedy)
 
 

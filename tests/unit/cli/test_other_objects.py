@@ -144,5 +144,5 @@ def test_a_waiver_for_all_instances_is_named_once_also_in_a_report_of_the_store(
         assert "Waived by open_it/executing, but cases visit open_it.d1/executing, open_it.d2/executing;" in out
         assert out.count("Expired waiver, which does not count: open_it/queued:") == 1
     ran = scbm("report", store, "--waivers", waivers)
-    assert "waivers.yaml:4:18: warning[no-instance]: this waiver is for nothing" in ran.err
+    assert "waivers.yaml:4:18: warning[no-instance]: this waiver has no effect" in ran.err
     assert ran.err.count("already") == 2

@@ -130,7 +130,7 @@ def test_what_is_wrong_with_a_waiver_is_one_located_error(
 def test_a_waiver_for_no_instance_is_warned_of(read: Callable[..., Read], waiver: str, reason: str) -> None:
     waivers, (warning,) = read(waiver)
     assert waivers == ()
-    assert (warning.slug, warning.message) == (Slug.NO_INSTANCE, f"this waiver is for nothing: {reason}")
+    assert (warning.slug, warning.message) == (Slug.NO_INSTANCE, f"this waiver has no effect: {reason}")
 
 
 def test_two_waivers_for_instances_are_one_error(read: Callable[..., Read]) -> None:

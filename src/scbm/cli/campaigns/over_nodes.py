@@ -114,8 +114,8 @@ _PLAIN = {
 }
 _OF_CHILDREN = {
     Lack.MODEL: "the model file was changed meanwhile: run this again",
-    Lack.CONTROLLER: "see above what the nodes say, or give them longer: `--wait`",
-    Lack.RESOURCES: "see above what the nodes say, or give them longer: `--wait`",
+    Lack.CONTROLLER: "read the output of the nodes above, or wait longer: `--wait`",
+    Lack.RESOURCES: "read the output of the nodes above, or wait longer: `--wait`",
 }
 
 
@@ -134,7 +134,7 @@ def _remedy(reason: Reason, asked: NodeOptions) -> str:
     if reason.lack in _PLAIN:
         return _PLAIN[reason.lack]
     if reason.lack is Lack.FOREIGN:
-        return f"stop it, choose another `--domain`, or test what is there: {_node('tester', asked)}"
+        return f"stop it, choose another `--domain`, or test with the running nodes: {_node('tester', asked)}"
     commands = [_node("controller", asked)] if reason.lack is Lack.CONTROLLER else []
     if reason.resources:
         commands.append(_node("resources", asked, reason.resources))

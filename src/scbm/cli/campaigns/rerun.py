@@ -130,7 +130,7 @@ def _of_log(asked: AskedRun) -> Rerun:
     from scbm.running import Program  # noqa: PLC0415 - the same
 
     if asked.time_limit is not None:
-        message = "a log is of one run, which had its time limit"
+        message = "the run of a log had a time limit of its own"
         raise option_error("--time-limit", message, "leave it out")
     if asked.planner.words:
         message = "a log has the plans of its run"

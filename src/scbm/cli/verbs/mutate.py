@@ -59,7 +59,7 @@ def command(
         HelpSection.RUNNING.option(
             "--since",
             metavar="REVISION",
-            help="Only mutants of what changed in the model since this revision in git: `main`.",
+            help="Only mutants of parts of the model that changed since this revision in git: `main`.",
         ),
     ] = None,
     jobs: Jobs = None,
@@ -92,7 +92,7 @@ def command(
         HelpSection.OUTPUT.option(
             "--store",
             metavar="FILE",
-            help="Keep the results of mutants in this coverage store, and take those that it has.",
+            help="Keep the results of mutants in this coverage store, and reuse those that it has.",
         ),
     ] = None,
     json: Json = False,

@@ -193,7 +193,7 @@ def _save(history: History, chosen: Iterable[int], directory: Path, writer: File
     """Write cases as files without random choices. Return whether they visit the same; print a warning if not."""
     model = Path(history.source.path)
     if not model.is_file():
-        message = f"there is no model file `{model}` here, which the saved cases would name"
+        message = f"the saved cases need the model file `{model}`, which is not here"
         remedy = "save them from the directory in which the store was filled"
         raise option_error("--save", message, remedy)
     replays = Replays(history)

@@ -255,7 +255,7 @@ class _Suggestions:
             goes = "always goes" if len(before) == 1 else "always go"
             text = (
                 f"where {obligation} could be taken, {listed([*map(_automatic, before)])} {goes} first: "
-                "move it up, or make the guards exclude each other"
+                f"move {obligation} up, or make the guards exclude each other"
             )
             yield Suggestion((obligation,), SuggestionKind.SHADOWED, text, blamed=before)
 

@@ -141,7 +141,7 @@ def _survived(result: MutantResult, found: DifferentMutant, nominal: State) -> M
         seen = first_difference(found.original, found.mutated, nominal)
         reason = f"{name} shows it, but its recorded result does not: {seen}"
         if differ_only_in_payloads(found.original, found.mutated):
-            reason += "; no expectation and no requirement is about what requests carry"
+            reason += "; no expectation and no requirement reads the values in requests"
     return replace(
         result,
         status=MutantStatus.SURVIVED,

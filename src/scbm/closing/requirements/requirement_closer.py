@@ -137,7 +137,7 @@ class RequirementCloser:
         known = (*RequestMonitor.judges, BuiltIn.RECOVERS.value)
         for name in asked:
             if name not in known:
-                self._open[name] = ("nothing is known about it but the verdicts of cases", None)
+                self._open[name] = ("only verdicts of cases decide it", None)
 
     def _explored(self, scope: RunScope) -> AllRuns:
         runs = AllRuns(self._model, self._limits, self._progress, scope)
@@ -296,7 +296,7 @@ def _failure(name: str, execution: Execution) -> Failure:
 def _why_incomplete(runs: AllRuns) -> tuple[str, str | None]:
     if runs.stopped is not None:
         return f"not all runs were explored: {runs.stopped}", runs.option
-    return "not all runs were explored: too many differ in what was requested before", "--max-states"
+    return "not all runs were explored: too many differ in their earlier requests", "--max-states"
 
 
 def _why_missed(missed: Sequence[MissedGoal]) -> str:

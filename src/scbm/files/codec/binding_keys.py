@@ -184,7 +184,7 @@ class BindingReader:
     def _refuse_no_way(self, resource: Resource, keys: RosKeys, place: Place) -> None:
         """Note a binding that says nothing, or only what is measured although requests are sent."""
         if not keys.node.items:
-            remedy = f"write {_listed('or')}; or `measured`, for what gets no requests"
+            remedy = f"write {_listed('or')}; or `measured`, for a resource without requests"
             self._reader.add(Slug.BAD_BINDING, f"the binding of `{resource.name}` is empty", place, remedy)
             return
         for sender, actions in self._sending(resource):

@@ -178,7 +178,7 @@ class InjectionKeys(Keys):
     )
     hold = Key(
         TIME,
-        "After this time, the injection restores what nothing else has changed since.",
+        "After this time, the injection restores the variables that nothing else has changed since.",
         absent="not restored",
         source="hold_ns",
     )
@@ -235,7 +235,7 @@ class InjectionKeys(Keys):
                 message = f"a case may assign only {allowed} to `{variable.name}`"
                 self.reader.add(Slug.NOT_ASSIGNABLE, message, entry.node.place)
             elif target in values:
-                message = f"`{variable.name}` is assigned twice; what an injection sets is set at once"
+                message = f"`{variable.name}` is assigned twice; an injection sets all its variables at once"
                 self.reader.add(Slug.ASSIGNED_TWICE, message, entry.place, f"the other is `{values[target][0]}`")
             else:
                 values[target] = (variable.name, value)

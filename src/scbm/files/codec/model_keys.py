@@ -262,7 +262,7 @@ class ModelKeys(Keys):
     )
     environment = DefaultKey(
         NamesType(MappingType(EnvironmentKeys), "name → environment transition"),
-        "How inputs change: what something outside the model and its resources does, at settled moments.",
+        "How inputs change: transitions of people and devices outside the model, at settled moments.",
         default=(),
         source=lambda model: {each.name: each for each in model.environment},
     )

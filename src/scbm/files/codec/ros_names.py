@@ -236,7 +236,7 @@ class SharedNames:
             self._uses[name] = _TopicUse(f"in line {place.line}", is_of_pair, place)
         elif before.is_of_pair or is_of_pair:
             carries = "carries requests or replies" if before.is_of_pair else "is a measured topic"
-            remedy = "what carries requests or replies carries nothing else: write a topic of its own"
+            remedy = "a topic of requests or replies carries nothing else: name another topic"
             if before.place == place:
                 message = f"several resources that are written here have the topic `{name}` for requests or replies"
                 remedy = "write a topic for each: `{r}` in it stands for the object of a parameter `r`"

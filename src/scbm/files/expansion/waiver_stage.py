@@ -178,7 +178,7 @@ class _WaiverStage:
         """Return whether an obligation of no entry with parameters is an error, which is noted."""
         lifted = list(self._entries.instances)
         if is_lifted:
-            message = f"there is nothing with parameters called `{base}`"
+            message = f"no entry with parameters has the name `{base}`"
             remedy = suggestion(base, lifted, "with parameters there are")
             if base in self._entries.plain:
                 remedy = f"it has none: write `{base}{rest}`"
@@ -226,7 +226,7 @@ class _WaiverStage:
     def _warn_of_no_instance(self, obligation: YamlNode, base: str, *, has_any: bool) -> None:
         reason = f"no instance of `{base}` has these objects" if has_any else f"`{base}` has no instance"
         remedy = "correct the types or `where`, or remove the waiver" if has_any else "remove it, or add objects"
-        message = f"this waiver is for nothing: {reason}"
+        message = f"this waiver has no effect: {reason}"
         self._report.warn(Slug.NO_INSTANCE, message, obligation.place, remedy)
 
 

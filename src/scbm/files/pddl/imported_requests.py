@@ -194,7 +194,7 @@ class ImportedRequests:
     def _seconds(self, action: PddlLiftedAction, duration: PddlDuration) -> tuple[int, int] | None:
         lowest, highest = self._values(duration.lowest), self._values(duration.highest)
         if lowest is None or highest is None:
-            message = f"the duration of {action.name} depends on what changes, or on sums"
+            message = f"the duration of {action.name} depends on values that change, or on sums"
             place = self._domain.inside_action(action.name, ":duration")
             remedy = "write a number, or a function that no action changes"
             self.errors[self._domain.error(message, place, remedy)] = None

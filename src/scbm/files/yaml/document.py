@@ -236,7 +236,7 @@ class _Reader:
         if name is not None:
             message = f"merge keys (`<<`) are not part of {self._noun} files"
             remedy = (
-                "write the keys out; what repeats can be a part (`parts`), or an entry for several objects (`types`)"
+                "write the keys out; a repeated section can be a part (`parts`), or an entry with objects (`types`)"
             )
             self._report.add(
                 Slug.UNKNOWN_KEY, message, key.place, remedy if self._noun == "model" else "write them out"

@@ -129,11 +129,11 @@ class Refusals:
 
     def _why_not(self, resource: str, name: str, value: Value, measurable: Mapping[str, Domain]) -> str | None:
         if name not in measurable:
-            return f"that is no variable that `{resource}` may measure"
+            return f"`{resource}` may not measure this variable"
         if value in measurable[name]:
             return None
         if value in self._program.packing.space[name].domain:
-            return f"`{resource}` never sends it, says the model"
+            return f"the model says that `{resource}` never sends this value"
         readings = [reading for reading in _readings(self._bindings[resource]) if reading.variable == name]
         if any(reading.ranges for reading in readings):
             return "in no range of its binding"

@@ -427,7 +427,8 @@ class ControllerNode:
         run, number = self._run, reply.request.number
         if run is None or run.driver is None or reply.request.run != run.id:
             if reply.request.run not in self._runs:
-                self._warn(f"a reply of `{resource}` was dropped: it is for `{id_text(reply.request)}`, not asked here")
+                why = f"this controller did not send the request `{id_text(reply.request)}`"
+                self._warn(f"a reply of `{resource}` was dropped: {why}")
             return
         asked = run.asked.get(number, resource)  # the runner records a reply to a request that was not sent
         if asked != resource:

@@ -38,12 +38,12 @@ _RULES = {
     ),
     FailureKind.EXPECTATION: ("An expectation was not met", "Something that a case expects did not come of its run."),
     FailureKind.LIVELOCK: ("Automatic transitions repeat", "Automatic transitions enable each other without end."),
-    FailureKind.MODEL_ERROR: ("The model is wrong", "A run came to where the model does not say what happens."),
+    FailureKind.MODEL_ERROR: ("The model is wrong", "A run reached a state in which the model defines no next step."),
     FailureKind.NOT_REACHED: (
         "A goal was not reached",
         "A goal was not reached in a run without injected faults.",
     ),
-    FailureKind.LOST: ("A run was not finished", "A node was lost meanwhile, which says nothing of the model."),
+    FailureKind.LOST: ("A run was not finished", "A node was lost during the run. This is not a fault of the model."),
 }
 """The title and the description of each kind of failure."""
 

@@ -251,7 +251,7 @@ def _consequences(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _head("Consequences of forced states", "yellow")
     for each in setting.consequences:
         yield from _wrapped(f"{each.name}: {each.message}", 2, "yellow")
-        yield from _wrapped(f"its state is {each.forcing}, so this says nothing about {closing.model.name}", 6)
+        yield from _wrapped(f"its state is {each.forcing}, so {closing.model.name} is not at fault", 6)
         yield command_text("    again: ", each.again)
 
 

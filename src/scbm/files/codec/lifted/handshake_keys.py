@@ -23,8 +23,8 @@ class HandshakeKeys(Keys):
 
     request = Key(
         NAME_NODE,
-        "The resource that the operation sends a request to. It stands for the whole protocol (semantics 3.5); what is "
-        "written under `pre`, `post` and `timedout` is added to that.",
+        "The resource that the operation sends a request to. It stands for the whole protocol (semantics 3.5); guards "
+        "and actions under `pre`, `post` and `timedout` are added.",
         source=_unwritten,
     )
     with_ = Key(

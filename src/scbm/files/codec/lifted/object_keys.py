@@ -68,7 +68,7 @@ class TableKeys(Keys):
             "a row",
             node_of,
         ),
-        "The objects for which it holds, such as `[[a, b], [b, c]]`.",
+        "The rows of objects for which the table holds, such as `[[a, b], [b, c]]`.",
         required=True,
     )
 

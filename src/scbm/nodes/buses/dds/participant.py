@@ -152,7 +152,7 @@ _REMEDIES = (
     ),
     (
         "available interface",
-        f"correct the network interface in `{URI}`, or unset it; `ip address` shows which there are",
+        f"correct the network interface in `{URI}`, or unset it; `ip address` lists the interfaces",
     ),
     ("configuration file", _CORRECT),
     ("config:", _CORRECT),

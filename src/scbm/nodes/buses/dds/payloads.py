@@ -57,7 +57,7 @@ def _unpack_string(body: bytes, order: str) -> tuple[Scalar, int]:
     (length,) = _LENGTH[order].unpack_from(body)
     end = length_bytes + length
     if not length or end > len(body) or body[end - 1]:
-        raise BadPayloadError("its string does not end where its length says")
+        raise BadPayloadError("the end of its string does not match its length")
     return body[length_bytes : end - 1].decode(), end
 
 
