@@ -54,14 +54,18 @@ VERBS: dict[str, str] = {
 """The module of each verb, in the order of the help. Its function `command` returns an exit code."""
 
 
-_ASCII = {
+ASCII_FORMS = {
     "●": "*", "○": "o", "█": "#", "▓": "+", "░": ".", "■": "=", "⚡": "!", "✗": "x", "✓": "v",
     "│": "|", "┆": ":", "┌": "+", "└": "+", "┘": "+", "─": "-", "→": "->", "←": "<-", "…": "...",
-    "≥": ">=", "≤": "<=", "≠": "!=", "∧": "&&", "¬": "!", "µ": "u", "—": "-",
+    "≥": ">=", "≤": "<=", "≠": "!=", "∧": "&&", "\N{LOGICAL OR}": "||", "¬": "!", "µ": "u", "—": "-",
+    "\N{MULTIPLICATION SIGN}": "x", "⊘": "/", "▒": ":", "·": ".", "±": "+/-",
 }  # fmt: skip
-"""ASCII forms of the marks of reports, for outputs whose encoding lacks them, such as a redirected console."""
+"""ASCII forms of the marks of reports, for outputs whose encoding lacks them, such as a redirected console.
 
-_ASCII_FORMS = "scbm-ascii-forms"
+Marks of one legend have different forms, and no mark has `?`, which stands for characters without a form.
+"""
+
+_ASCII_HANDLER = "scbm-ascii-forms"
 """The name of the error handler of such outputs."""
 
 
@@ -109,10 +113,10 @@ def _freeze_modules() -> None:
 
 def _run(arguments: list[str], begin: Callable[[], None]) -> int:
     """Run a command line and return its exit code; `begin` is called before the work of the verb."""
-    codecs.register_error(_ASCII_FORMS, _ascii_forms)
+    codecs.register_error(_ASCII_HANDLER, _ascii_forms)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors=_ASCII_FORMS)
+            stream.reconfigure(errors=_ASCII_HANDLER)
     try:
         return _flushed(_done(arguments, begin))
     except OSError as error:
@@ -141,7 +145,7 @@ def _ascii_forms(error: UnicodeError) -> tuple[str, int]:
     """Replace the characters that an output encoding lacks by their ASCII forms, others by `?`."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    return "".join(_ASCII.get(character, "?") for character in error.object[error.start : error.end]), error.end
+    return "".join(ASCII_FORMS.get(character, "?") for character in error.object[error.start : error.end]), error.end
 
 
 def _leave_on_interrupt() -> Callable[[], None]:

@@ -57,6 +57,8 @@ _EXCLUDED = _FigureSegment("▒", "dim", "excluded")
 _WAIVED = _FigureSegment("-", "dim", "waived")
 _FORCED = _FigureSegment("!", "yellow", "forced")
 _OPEN = _FigureSegment("?", "bold red", "undecided")
+FIGURE_SEGMENTS = (_BEFORE, _NEW, _NEVER, _EXCLUDED, _WAIVED, _FORCED, _OPEN)
+"""The segments of the bar, in their order."""
 
 
 @dataclass(frozen=True, slots=True)
