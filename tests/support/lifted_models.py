@@ -20,23 +20,29 @@ if TYPE_CHECKING:
 
 Choice: TypeAlias = dict[str, str]
 
-TYPES = {"zone": ("a", "b", "c"), "robot": ("r1", "r2"), "cold": ("b",), "nothing": ()}
+TYPES = {"zone": ("a", "b", "c", "d"), "robot": ("r1", "r2"), "cold": ("b",), "nothing": ()}
 """`cold` is a subtype of `zone`, and lists an object of it."""
 
 INDICES = {"at": ("robot",), "full": ("zone",), "near": ("robot", "zone"), "gone": ("nothing",)}
 DOMAINS = {"at": "zone", "full": "bool", "near": "bool", "gone": "bool"}
-ROWS = {"way": (("a", "b"), ("b", "c"), ("b", "a")), "likes": (("r1", "a"), ("r2", "c"))}
-COLUMNS = {"way": ("zone", "zone"), "likes": ("robot", "zone")}
+ROWS = {
+    "way": (("a", "b"), ("b", "d"), ("b", "c"), ("b", "a")),
+    "likes": (("r1", "a"), ("r2", "c")),
+    "calm": (("d",), ("a",), ("c",)),
+}
+COLUMNS = {"way": ("zone", "zone"), "likes": ("robot", "zone"), "calm": ("zone",)}
+"""Rows stand in another order than objects: instances stand in the order of the objects."""
 
 HEADER = """behavior_model: lifted
 types:
-  zone: [a, b, c]
+  zone: [a, b, c, d]
   robot: [r1, r2]
   cold: {objects: [b], of: zone}
   nothing: []
 tables:
-  way: {of: [zone, zone], rows: [[a, b], [b, c], [b, a]]}
+  way: {of: [zone, zone], rows: [[a, b], [b, d], [b, c], [b, a]]}
   likes: {of: [robot, zone], rows: [[r1, a], [r2, c]]}
+  calm: {of: [zone], rows: [d, a, c]}
 variables:
   at[robot]: {domain: zone, initial: a}
   full[zone]: {domain: bool, initial: false}
@@ -50,7 +56,7 @@ def declared_by_hand() -> str:
     lines = ["behavior_model: lifted", "variables:"]
     for name, kinds in INDICES.items():
         for objects in product(*(TYPES[kind] for kind in kinds)):
-            domain, initial = ("[a, b, c]", "a") if name == "at" else ("bool", str(name == "near").lower())
+            domain, initial = ("[a, b, c, d]", "a") if name == "at" else ("bool", str(name == "near").lower())
             lines.append(f"  {'.'.join((name, *objects))}: {{domain: {domain}, initial: {initial}}}")
     return "\n".join(lines) + "\n"
 
@@ -88,14 +94,15 @@ def _may_be_equal(left: str, right: str, scope: Choice) -> bool:
 @st.composite
 def expressions(draw: DrawFn, scope: Choice, *, static: bool, depth: int = 3) -> Expression:
     """A predicate over some parameters; a static one reads no variable."""
-    leaves = ["row", "same", "of_type"] if static else ["row", "same", "compare", "compare", "compare", "truth"]
+    facts = ["row", "same", "one_of"]
+    leaves = [*facts, "of_type"] if static else [*facts, "compare", "compare", "compare", "truth"]
     kind = draw(st.sampled_from([*leaves, *(["not", "and", "or", "implies", "quantified", "count"] if depth else [])]))
     inner = expressions(scope, static=static, depth=depth - 1)
     match kind:
         case "truth":
             word = draw(st.sampled_from(["true", "false"]))
             return Expression(word, lambda _: word)
-        case "row" | "same" | "of_type":
+        case "row" | "same" | "one_of" | "of_type":
             return draw(_static_atoms(scope, kind))
         case "compare":
             return draw(_comparisons(scope))
@@ -122,7 +129,12 @@ def _static_atoms(draw: DrawFn, scope: Choice, kind: str) -> Expression:
     first = draw(st.sampled_from(_terms(scope, "zone")))
     if kind == "of_type":
         return Expression(f"{first} in cold", lambda choice: _truth(_object(first, choice) in TYPES["cold"]))
-    second = draw(st.sampled_from([term for term in _terms(scope, "zone") if _may_be_equal(first, term, scope)]))
+    comparable = [term for term in _terms(scope, "zone") if _may_be_equal(first, term, scope)]
+    if kind == "one_of":
+        listed = draw(st.lists(st.sampled_from(comparable), min_size=1, max_size=3, unique=True))
+        text = f"{first} in {{{', '.join(listed)}}}"
+        return Expression(text, lambda choice: _truth(_object(first, choice) in [_object(t, choice) for t in listed]))
+    second = draw(st.sampled_from(comparable))
     sign = draw(st.sampled_from(["==", "!="]))
     return Expression(
         f"{first} {sign} {second}",

@@ -364,7 +364,7 @@ def test_what_would_be_too_large_is_refused_before_it_is_built(entry: str) -> No
 
 ZONES = ("a", "b", "c")
 NAMES = LiftedNames(
-    StaticFacts({"zone": ZONES}, {"way": ObjectTable("way", ("zone", "zone"), frozenset({("a", "b")}))}, {}),
+    StaticFacts({"zone": ZONES}, {"way": ObjectTable("way", ("zone", "zone"), {("a", "b"): None})}, {}),
     {
         "full": IndexedName(
             "variables", "full", "full", "", ("zone",), (dict.fromkeys(ZONES),), {(z,): None for z in ZONES}

@@ -126,7 +126,8 @@ class TableFormula(Formula):
 
     is_static = True
 
-    def __init__(self, terms: Sequence[ObjectTerm], rows: frozenset[tuple[str, ...]]) -> None:
+    def __init__(self, terms: Sequence[ObjectTerm], rows: Mapping[tuple[str, ...], None]) -> None:
+        """Take the terms, and the rows as keys: their order, unlike that of a set, is the same in each process."""
         self.parameters = parameters_of(terms)
         self._terms = tuple(terms)
         self._rows = rows

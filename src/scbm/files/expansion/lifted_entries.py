@@ -249,13 +249,13 @@ class _Group:
         self.found: list[tuple[str, ...]] = []
         self.count = 0
         self.is_all = True
-        self._objects: list[dict[str, None]] = []
+        self._ranks: list[dict[str, int]] = []
         self._due: list[list[Formula]] = []
         while len(self.names) < len(names):
             left = [name for name in names if name not in self.names]
             name = next((name for name in left if _due(name, self.names, conditions)), left[0])
             self._due.append(_due(name, self.names, conditions))
-            self._objects.append(dict.fromkeys(listed[name]))
+            self._ranks.append({each: rank for rank, each in enumerate(listed[name])})
             self.names.append(name)
 
     def search(self, factor: int) -> None:
@@ -289,13 +289,13 @@ class _Group:
                 self.found.append(tuple([choice[name] for name in self.names]))
 
     def _candidates(self, depth: int, choice: Choice) -> Collection[str]:
-        """Return the objects of a parameter: those that a condition allows, or all."""
-        objects = self._objects[depth]
+        """Return the objects of a parameter in the order of its type: those that a condition allows, or all."""
+        ranks = self._ranks[depth]
         for condition in self._due[depth]:
             allowed = condition.candidates(self.names[depth], choice)
-            if allowed is not None and len(allowed) < len(objects):
-                return [each for each in allowed if each in objects]
-        return objects
+            if allowed is not None and len(allowed) < len(ranks):
+                return sorted((each for each in allowed if each in ranks), key=ranks.__getitem__)
+        return ranks
 
 
 def _due(name: str, chosen: Sequence[str], conditions: Sequence[Formula]) -> list[Formula]:

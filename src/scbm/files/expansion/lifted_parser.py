@@ -397,7 +397,7 @@ class LiftedParser:
             objects = facts.objects(last.text)
             if term is not None:
                 self._scope.refuse_unrelated_type(term, last.text, tokens[0], self._note)
-                return TableFormula([term], frozenset((each,) for each in objects))
+                return TableFormula([term], dict.fromkeys((each,) for each in objects))
             members = (f"{{{', '.join(objects)}}}", last.begin, last.end)
             gap = (self._text[tokens[at - 1].end : last.begin], tokens[at - 1].end, last.begin)
             return AtomFormula([*self._parts(tokens[:at]), gap, members]) if objects else ConstantFormula(False)

@@ -34,12 +34,12 @@ class ObjectTable:
     Attributes:
         name: its name.
         types: the types of its columns.
-        rows: the objects for which it holds.
+        rows: the objects for which it holds, as keys in the order of the file.
     """
 
     name: str
     types: tuple[str, ...]
-    rows: frozenset[tuple[str, ...]]
+    rows: Mapping[tuple[str, ...], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +184,7 @@ class _FactsReader:
                 message = f"the table `{name}` needs its types under `of`, and a list of `rows`"
                 remedy = f"write `{name}: {{of: [zone, zone], rows: [[a, b]]}}`"
                 self._add(Slug.WRONG_SHAPE, message, node.place, remedy)
-            return ObjectTable(name, (), frozenset())
+            return ObjectTable(name, (), {})
         assert types is not None  # noqa: S101 - a list
         assert rows is not None  # noqa: S101 - a list
         kinds = [element.text or "" for element in types.elements]
@@ -193,7 +193,7 @@ class _FactsReader:
                 remedy = suggestion(kind, objects, "the types are")
                 self._add(Slug.UNKNOWN_TYPE, f"there is no type `{kind}`", element.place, remedy)
         read = [self._row(name, row, kinds, objects) for row in rows.elements]
-        return ObjectTable(name, tuple(kinds), frozenset(row for row in read if row is not None))
+        return ObjectTable(name, tuple(kinds), dict.fromkeys(row for row in read if row is not None))
 
     def _row(
         self, name: str, row: YamlNode, kinds: list[str], objects: Mapping[str, tuple[str, ...]]
@@ -253,7 +253,7 @@ def facts_of(objects: ObjectLists, place: Place) -> StaticFacts:
         place: where its objects count as named.
     """
     types = _with_subtypes(dict(objects.types), dict(objects.parents))
-    tables = {name: ObjectTable(name, columns, frozenset(rows)) for name, columns, rows in objects.tables}
+    tables = {name: ObjectTable(name, columns, dict.fromkeys(rows)) for name, columns, rows in objects.tables}
     return StaticFacts(types, tables, {name: place for _, names in objects.types for name in names})
 
 
