@@ -73,6 +73,7 @@ B = PddlFormula("object", name="b")
 AT_Z = PddlEffect(fact("at", R, parameter("z")), TRUE)
 CLEANED_Z = PddlEffect(fact("dirty", parameter("z")), FALSE)
 CLEANED = PddlEffect(fact("dirty", TO), FALSE)
+FUEL_LEFT = PddlFormula("<=", (PddlFormula("number", number=1), fact("fuel")))
 
 
 def robot_task(
@@ -326,7 +327,10 @@ def test_files_become_models_with_plans_of_the_published_length(scbm: Callable[.
 
 
 def test_a_problem_of_another_domain_is_an_error_in_the_problem() -> None:
-    domain, problem = PddlText("d", "(define (domain Places))"), PddlText("p", "(define (problem x)\n (:domain halls))")
+    domain, problem = (
+        PddlText("d", "(define (domain Places))"),
+        PddlText("p", "(define (problem x)\n (:domain halls) (:init) (:goal (and)))"),
+    )
     with pytest.raises(InputError) as raised:
         read_pddl(domain, problem)
     assert str(raised.value.diagnostics[0]).startswith(
@@ -430,9 +434,9 @@ def test_all_that_a_model_cannot_express_is_reported_at_once() -> None:
         ("d:5:3", "derived predicates"),
         ("d:7:23", "preferences"),
         ("d:8:27", "nothing bounds `fuel`"),
-        ("d:8:34", "`(load(z) * 2)`"),
+        ("d:8:34", "products of functions"),
         ("d:8:70", "1.5 is no whole number"),
-        ("d:9:60", "the duration of wait depends on what changes"),
+        ("d:9:60", "the duration of wait depends on `fuel`"),
         ("d:11:25", "products"),
         ("d:11:65", "changes that go on with time"),
         ("p:3:19", "`at`"),
@@ -447,21 +451,90 @@ def test_all_that_a_model_cannot_express_is_reported_at_once() -> None:
 @pytest.mark.parametrize(
     ("domain", "slug", "place"),
     [
-        ("(define (domain x)", Slug.BAD_PDDL, "d:1:19"),
+        ("(define (domain x)", Slug.BAD_PDDL, "d:1:1"),
         ("(define (domain x) (:predicates (a)) (:derived (a) (a)))", Slug.PDDL_NOT_EXPRESSIBLE, "d:1:39"),
         ("(define (domain x) (:types t) (:functions (f) - t))", Slug.PDDL_NOT_EXPRESSIBLE, "d:1:49"),
         (
-            "(define (domain x) (:types t) (:predicates (a ?x - (either t t))))",
+            "(define (domain x) (:types t - u u v) (:predicates (a ?x - (either t v))))",
             Slug.PDDL_NOT_EXPRESSIBLE,
-            "d:1:53",
+            "d:1:61",
         ),
     ],
 )
 def test_files_that_cannot_be_read_are_located(domain: str, slug: Slug, place: str) -> None:
+    texts = PddlText("d", domain), PddlText("p", "(define (problem y) (:domain x) (:init) (:goal (and)))")
     with pytest.raises(InputError) as raised:
-        read_pddl(PddlText("d", domain), PddlText("p", ""))
+        imported_model(read_pddl(*texts), *texts, PddlImportOptions())
     (error,) = raised.value.diagnostics
     assert (error.slug, str(error.place)) == (slug, place)
+
+
+EITHER = """(define (domain yard)
+ (:types truck crane crate place)
+ (:functions (distance ?a ?b - place) (speed ?t - truck))
+ (:predicates (at ?x - (either truck crane) ?p - place) (truck ?p - place))
+ (:durative-action drive :parameters (?t - truck ?a ?b - place)
+  :duration (/ (distance ?a ?b) (speed ?t))
+  :condition (at start (at ?t ?a))
+  :effect (and (at start (not (at ?t ?a))) (at end (at ?t ?b)))))
+"""
+YARD = """(define (problem yard-1) (:domain yard) (:objects t1 t2 - truck a b - place c1 - crane)
+ (:init (at t1 a) (at t2 a) (at c1 b) (= (distance a b) 90) (= (distance b a) 30) (= (speed t1) 10) (= (speed t2) 4))
+ (:goal (at t1 b)))
+"""
+
+
+def test_a_type_above_them_stands_for_either_of_several_types() -> None:
+    domain = PddlText("d", EITHER.replace("(/ (distance ?a ?b) (speed ?t))", "(= ?duration 5)"))
+    problem = PddlText("p", YARD)
+    text = imported_model(read_pddl(domain, problem), domain, problem, PddlImportOptions()).text
+    assert "  truck_or_crane: []\n  truck: {objects: [t1, t2], of: truck_or_crane}\n" in text
+    assert "  at[x in truck_or_crane]: {" in text
+    assert operations(read_model(text))[0] == "drive.t1.a.b"
+
+
+@pytest.mark.parametrize(
+    ("duration", "latency", "deadline"),
+    [
+        ("(= ?duration (* 2 (distance ?a ?b)))", "{uniform: [60 s, 180 s]}", "360 s"),
+        ("(= ?duration (/ (distance ?a ?b) (speed ?t)))", "{uniform: [3 s, 22500 ms]}", "45 s"),
+        ("(and (>= ?duration 0.5) (<= ?duration (+ 1 (distance b a))))", "{uniform: [500 ms, 31 s]}", "62 s"),
+        ("(<= ?duration (- (distance ?a ?b) 20))", "{uniform: [0 s, 70 s]}", "140 s"),
+    ],
+)
+def test_durations_are_terms_over_constant_functions(duration: str, latency: str, deadline: str) -> None:
+    constants = "(:constants a b - place)\n (:functions"
+    domain = EITHER.replace("(/ (distance ?a ?b) (speed ?t))", duration).replace("(:functions", constants)
+    texts = PddlText("d", domain), PddlText("p", YARD.replace(" a b - place", ""))
+    text = imported_model(read_pddl(*texts), *texts, PddlImportOptions()).text
+    assert (f"simulation: {{latency: {latency}}}" in text, f"deadline: {deadline}\n" in text) == (True, True)
+    assert "only durations read it: distance" in text
+    read_model(text)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (("(= (speed t1) 10) (= (speed t2) 4)", "(= (speed t1) 0)"), "the duration of drive divides by zero"),
+        (("(= (speed t1) 10) (= (speed t2) 4)", ""), "and the problem gives no values for the same objects"),
+        (("(= (distance a b) 90)", "(= (distance a b) -90)"), "the duration of drive is"),
+    ],
+)
+def test_durations_without_a_value_are_errors_at_the_action(changed: tuple[str, str], message: str) -> None:
+    domain = EITHER.replace("(/ (distance ?a ?b) (speed ?t))", "(= ?duration (/ (distance ?a ?b) (speed ?t)))")
+    texts = PddlText("d", domain), PddlText("p", YARD.replace(*changed))
+    with pytest.raises(InputError) as raised:
+        imported_model(read_pddl(*texts), *texts, PddlImportOptions())
+    (error,) = raised.value.diagnostics
+    assert (str(error.place), message in error.message) == ("d:6:3", True)
+
+
+@pytest.mark.parametrize("given", ["fuel=0..65536", f"fuel=0..{'9' * 5000}", f"fuel={10**18}..{10**18 + 1}"])
+def test_a_range_with_too_many_values_is_an_error_of_the_option(given: str) -> None:
+    with pytest.raises(InputError) as raised:
+        imported(robot_task(conditions=(FUEL_LEFT,)), ranges=(given,))
+    (error,) = raised.value.diagnostics
+    assert (str(error.place), error.slug) == ("--range", Slug.BAD_OPTION)
 
 
 def test_a_missing_library_is_named_with_the_command_that_installs_it(

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import ceil
 from typing import TYPE_CHECKING
 
+from scbm.files.pddl.constant_terms import UnknownValueError, values_of
 from scbm.files.pddl.pddl_task import PddlFormula
 from scbm.files.spelling import suggestion
 from scbm.model import Diagnostic, Place, Slug
@@ -20,7 +23,7 @@ if TYPE_CHECKING:
 _WIDTH = 110
 """A mapping that is longer has one entry in each line."""
 
-_DEADLINE = 10
+_DEADLINE = Fraction(10)
 """The deadline, in seconds, of a request whose action has no duration."""
 
 
@@ -49,7 +52,7 @@ class ImportedRequests:
         self._resources = self._resource_parameters(asked)
         self._arguments = self._argument_variables() if arguments else {}
         self._commands: dict[str, dict[str, None]] = {}
-        self._latencies: dict[str, list[tuple[int, int]]] = {}
+        self._latencies: dict[str, list[tuple[Fraction, Fraction]]] = {}
         self._resource_types: dict[str, dict[str, None]] = {}
         self._longest = self._longest_durations()
 
@@ -59,7 +62,7 @@ class ImportedRequests:
         if resource is None:
             return []
         base, index = resource
-        deadline = 2 * max(self._longest[base], 1) if base in self._longest else _DEADLINE
+        deadline = _time(2 * max(self._longest[base], Fraction(1)) if base in self._longest else _DEADLINE)
         command = self._names.actions[action.name]
         self._commands.setdefault(base, {})[command] = None
         sent = {f"{base}_command{index}": command}
@@ -67,7 +70,7 @@ class ImportedRequests:
             known = name in dict(action.parameters)
             value = case.binding.get(name, PddlFormula("parameter", name=name))
             sent[f"{argument.variable}{index}"] = term(value) if known else "none"
-        return [f"    request: {base}{index}", *_mapping_lines("    with", sent), f"    deadline: {deadline} s"]
+        return [f"    request: {base}{index}", *_mapping_lines("    with", sent), f"    deadline: {deadline}"]
 
     def variable_lines(self) -> list[str]:
         """Return the variables that the operations so far send."""
@@ -89,7 +92,7 @@ class ImportedRequests:
             latency = ""
             if times:
                 low, high = min(t for t, _ in times), max(t for _, t in times)
-                shown = f"{low} s" if low == high else f"{{uniform: [{low} s, {high} s]}}"
+                shown = _time(low) if low == high else f"{{uniform: [{_time(low)}, {_time(high)}]}}"
                 latency = f", simulation: {{latency: {shown}}}"
             carried = [f"{base}_command", *(argument.variable for argument in self._arguments.get(base, {}).values())]
             for kind in self._index_kinds(base):
@@ -178,36 +181,33 @@ class ImportedRequests:
         self._commands.setdefault(base, {})
         return base, index
 
-    def _longest_durations(self) -> dict[str, int]:
+    def _longest_durations(self) -> dict[str, Fraction]:
         """Return the longest duration of each resource, in seconds.
 
         A resource has one latency for all of its actions, so that the deadline of each must cover the longest one.
         """
-        longest: dict[str, int] = {}
+        longest: dict[str, Fraction] = {}
         for action in self._task.actions:
             base = self._base_of(action)
             times = self._seconds(action, action.duration) if action.duration is not None else None
             if base is not None and times is not None:
-                longest[base] = max(longest.get(base, 0), times[1])
+                longest[base] = max(longest.get(base, Fraction(0)), times[1])
         return longest
 
-    def _seconds(self, action: PddlLiftedAction, duration: PddlDuration) -> tuple[int, int] | None:
-        lowest, highest = self._values(duration.lowest), self._values(duration.highest)
-        if lowest is None or highest is None:
-            message = f"the duration of {action.name} depends on values that change, or on sums"
-            place = self._domain.inside_action(action.name, ":duration")
-            remedy = "write a number, or a function that no action changes"
-            self.errors[self._domain.error(message, place, remedy)] = None
-            return None
-        return min(lowest), max(highest)
-
-    def _values(self, term: PddlFormula) -> list[int] | None:
-        """Return the values that a duration can have; `None` if it is no number and no function that stays."""
-        if term.kind == "number":
-            return [term.number]
-        changed = {effect.fluent.name for action in self._task.actions for effect in action.effects}
-        if term.kind == "fluent" and term.name not in changed:
-            return list(self._task.initial[term.name].values()) or [0]
+    def _seconds(self, action: PddlLiftedAction, duration: PddlDuration) -> tuple[Fraction, Fraction] | None:
+        try:
+            lowest = min(values_of(duration.lowest, self._task))
+            highest = max(values_of(duration.highest, self._task))
+        except UnknownValueError as unknown:
+            message = f"the duration of {action.name} {unknown}"
+            remedy = "write a number, or functions that no action changes"
+        else:
+            if 0 <= lowest <= highest:
+                return lowest, highest
+            wrong = f"{_time(lowest)} at least" if lowest < 0 else f"from {_time(lowest)} to {_time(highest)}"
+            message, remedy = f"the duration of {action.name} is {wrong}", "write values that are durations"
+        place = self._domain.inside_action(action.name, ":duration")
+        self.errors[self._domain.error(message, place, remedy)] = None
         return None
 
     def _index_kinds(self, base: str) -> list[str | None]:
@@ -225,6 +225,11 @@ class ImportedRequests:
 
     def _index_types(self, base: str) -> list[str]:
         return ["" if kind is None else f"[{self._names.types[kind]}]" for kind in self._index_kinds(base)]
+
+
+def _time(seconds: Fraction) -> str:
+    """Return a time in seconds; in milliseconds, rounded up, if it is no whole number."""
+    return f"{seconds} s" if seconds.denominator == 1 else f"{ceil(seconds * 1000)} ms"
 
 
 def _mapping_lines(key: str, values: Mapping[str, str]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from scbm.files.codec.variable_keys import MAX_VALUES
 from scbm.files.pddl.pddl_reader import conjuncts
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Diagnostic, Place, Slug
@@ -12,10 +13,13 @@ from scbm.model import Diagnostic, Place, Slug
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.files.pddl.pddl_task import PddlEffect, PddlFluent, PddlFormula, PddlLiftedAction, PddlTask
+    from scbm.files.pddl.pddl_task import PddlEffect, PddlFluent, PddlFormula, PddlLiftedAction, PddlNumber, PddlTask
     from scbm.files.pddl.pddl_text import PddlText
 
 _RANGE = re.compile(r"(?P<name>[^=]+)=(?P<low>-?\d+)\.\.(?P<high>-?\d+)")
+
+_DIGITS = 20
+"""So many digits and signs of a range are read: a domain has numbers of at most 18 digits."""
 
 
 class NumberRanges:
@@ -31,7 +35,7 @@ class NumberRanges:
         self.errors: list[Diagnostic] = []
         self._task = task
         self._domain = domain
-        self._ranges: dict[str, tuple[int, int]] = {}
+        self._ranges: dict[str, tuple[PddlNumber, PddlNumber]] = {}
         self._misspelt: dict[str | None, None] = {}
         given = self._given(asked, [each.name for each in fluents])
         for fluent in fluents:
@@ -55,7 +59,8 @@ class NumberRanges:
         for text in asked:
             plain = text.replace(" ", "").lower()
             match = _RANGE.fullmatch(plain)
-            if match is None or int(match["low"]) > int(match["high"]):
+            ends = (0, -1) if match is None else (int(match["low"][:_DIGITS]), int(match["high"][:_DIGITS]))
+            if match is None or ends[0] > ends[1]:
                 self._wrong(f"`{text}` is no range of a function", "write `FUNCTION=0..10`")
                 self._misspelt[nearest(plain.partition("=")[0], known)] = None
             elif match["name"] in given:
@@ -64,14 +69,18 @@ class NumberRanges:
                 message = f"`{match['name']}` is no function that conditions read"
                 self._wrong(message, suggestion(match["name"], known, "functions"))
                 self._misspelt[nearest(match["name"], known)] = None
+            elif ends[1] - ends[0] >= MAX_VALUES or max(map(abs, ends)) >= 10 ** (_DIGITS - 2):
+                message = f"a variable can have {MAX_VALUES} values, and `{text}` is larger"
+                self._wrong(message, "give a narrower range, or write the numbers of the problem in larger units")
+                self._misspelt[match["name"]] = None
             else:
-                given[match["name"]] = int(match["low"]), int(match["high"])
+                given[match["name"]] = ends
         return given
 
     def _wrong(self, message: str, remedy: str | None) -> None:
         self.errors.append(Diagnostic(Slug.BAD_OPTION, message, Place("--range"), remedy))
 
-    def _inferred(self, name: str, low: int, high: int) -> tuple[int, int]:
+    def _inferred(self, name: str, low: PddlNumber, high: PddlNumber) -> tuple[PddlNumber, PddlNumber]:
         for action in self._task.actions:
             for effect in action.effects:
                 if effect.fluent.name != name:
@@ -89,7 +98,7 @@ class NumberRanges:
         return low, high
 
     @staticmethod
-    def _after(action: PddlLiftedAction, effect: PddlEffect) -> tuple[int, int] | None:
+    def _after(action: PddlLiftedAction, effect: PddlEffect) -> tuple[PddlNumber, PddlNumber] | None:
         """Return bounds of the new value, as far as the action gives them."""
         if effect.value.kind != "number":
             return None
@@ -108,7 +117,7 @@ class NumberRanges:
         return nearest, nearest
 
 
-def _bound(condition: PddlFormula, fluent: PddlFormula, *, is_upper: bool) -> int | None:
+def _bound(condition: PddlFormula, fluent: PddlFormula, *, is_upper: bool) -> PddlNumber | None:
     """Return the bound that a condition gives a fluent; `None` if it gives none."""
     if condition.kind not in {"<=", "<", "equals"}:
         return None

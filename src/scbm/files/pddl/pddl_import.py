@@ -8,6 +8,7 @@ from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 from scbm.files.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
+from scbm.files.pddl.constant_terms import number_faults
 from scbm.files.pddl.import_names import ImportNames
 from scbm.files.pddl.imported_requests import ImportedRequests
 from scbm.files.pddl.number_ranges import NumberRanges
@@ -93,6 +94,7 @@ class _ModelText:
         self._read = self._read_fluents()
         unread = [n for n, f in task.fluents.items() if f.is_numeric and n not in self._read]
         self._ignored = dict.fromkeys(unread)
+        self._errors |= dict.fromkeys(number_faults(task, domain, problem, self._read))
         self._static = {name: None for name, f in task.fluents.items() if name not in changed and not f.is_numeric}
         self._requests = ImportedRequests(task, self._names, domain, options.resources, arguments=options.arguments)
         groups = PredicateGroups(task, domain, problem, self._static, options.groups)
@@ -138,8 +140,14 @@ class _ModelText:
         ]
         name = "".join(c if c.isalnum() or c == "_" else "_" for c in self._task.name)
         lines = [f"# Imported from PDDL: {self._domain.file}, {self._problem.file}"]
-        if self._ignored:
-            lines.append(f"# Left out, since no condition reads it: {', '.join(self._ignored)}")
+        timing = _fluents_in(
+            term for a in self._task.actions if a.duration for term in (a.duration.lowest, a.duration.highest)
+        )
+        for reader, names in (
+            ("no condition reads it", [name for name in self._ignored if name not in timing]),
+            ("only durations read it", [name for name in self._ignored if name in timing]),
+        ):
+            lines += [f"# Left out, since {reader}: {', '.join(names)}"] if names else []
         if self._unproved:
             lines.append(f"# Not proved to have one value at a time: {', '.join(self._unproved)}")
         lines.append(f"behavior_model: {name if name[:1].isalpha() else f'x{name}'}")
@@ -181,14 +189,12 @@ class _ModelText:
         return f"  {name}: {{of: [{', '.join(self._names.types[t] for t in types)}], rows: [{shown}]}}"
 
     def _read_fluents(self) -> dict[str, None]:
-        """Return the fluents that conditions, durations or values of read fluents read."""
+        """Return the fluents that conditions or values of read fluents read."""
         task = self._task
         formulas = [*task.goals]
         for action in task.actions:
             formulas += action.conditions
             formulas += [effect.condition for effect in action.effects]
-            if action.duration is not None:
-                formulas += [action.duration.lowest, action.duration.highest]
         read = _fluents_in(formulas)
         size = -1
         while size != (size := len(read)):
@@ -309,8 +315,8 @@ class _ModelText:
                 return str(formula.number)
             case "fluent":
                 return self._reference(self._names.fluents[formula.name], formula.parts, scope)
-            case "+":
-                return " + ".join(self._term(part, scope) for part in formula.parts)
+            case "+" | "*" | "/":
+                return f" {formula.kind} ".join(self._term(part, scope) for part in formula.parts)
             case "-":
                 first, *others = formula.parts
                 return " - ".join([self._term(first, scope), *(self._operand(each, scope) for each in others)])

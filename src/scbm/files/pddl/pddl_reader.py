@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import re
+from fractions import Fraction
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from scbm.files.pddl.constant_terms import folded
+from scbm.files.pddl.declared_names import ANY_OBJECT
 from scbm.files.pddl.exclusive import proved_invariants
+from scbm.files.pddl.pddl_check import checked_pddl
 from scbm.files.pddl.pddl_task import (
     FALSE,
     TRUE,
@@ -20,13 +23,11 @@ from scbm.files.pddl.pddl_task import (
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
+    from scbm.files.pddl.pddl_check import CheckedPddl
     from scbm.files.pddl.pddl_task import EffectKind, FormulaKind
     from scbm.files.pddl.pddl_text import PddlText
-    from scbm.model import Diagnostic as Error
-
-_LINE_AND_COLUMN = re.compile(r"line:? (?P<line>\d+),? col(?:umn)?:? ?(?P<column>\d+)|line:(?P<l>\d+), col:(?P<c>\d+)")
 
 _KINDS: dict[str, FormulaKind] = {
     "AND": "and",
@@ -37,23 +38,10 @@ _KINDS: dict[str, FormulaKind] = {
     "LT": "<",
     "PLUS": "+",
     "MINUS": "-",
+    "TIMES": "*",
+    "DIV": "/",
 }
 """The operators of `unified-planning` that are those of a formula."""
-
-_REFUSED = {
-    ":derived": ("derived predicates", "all"),
-    ":constraints": ("constraints on plans", "all"),
-    ":process": ("processes", "all"),
-    ":event": ("events", "all"),
-    "preference": ("preferences", "last"),
-    "either": ("`either`", "next"),
-    "scale-up": ("products", "increase"),
-    "scale-down": ("quotients", "decrease"),
-}
-"""Expressions that a model cannot express, by their first word, and what of each is read to find further errors."""
-
-_BLANKS = {":metric": "all", **{word: kept for word, (_, kept) in _REFUSED.items()}}
-"""Sections that are removed before the library reads the file; a metric says nothing about the length of plans."""
 
 
 def read_pddl(domain: PddlText, problem: PddlText) -> PddlTask:
@@ -61,82 +49,61 @@ def read_pddl(domain: PddlText, problem: PddlText) -> PddlTask:
 
     Raise `InputError` if the files are no PDDL, or if the extra is missing.
     """
-    refused = [
-        text.error(f"{what} cannot be expressed in a model", place, "leave them out of the import")
-        for text in (domain, problem)
-        for word, (what, _) in _REFUSED.items()
-        for place in text.sections(word)
-    ]
-    refused += [
-        domain.error("changes that go on with time cannot be expressed in a model", place, "write an effect at the end")
-        for place in domain.uses("#t")
-    ]
-    refused += [
-        text.error("functions whose values are objects cannot be expressed in a model", place, "write a predicate")
-        for text in (domain, problem)
-        for place in text.object_functions()
-    ]
-    refused += [
-        problem.error("facts at given times cannot be expressed in a model", place, "leave them out of the import")
-        for place in problem.timed_facts()
-    ]
-    declared, used = domain.named("domain"), problem.named(":domain")
-    if declared is not None and used is not None and declared[0] != used[0]:
-        message = f"the problem is one of the domain `{used[0]}`, and the domain is called `{declared[0]}`"
-        refused.append(problem.error(message, used[1], "name the files of one domain", Slug.BAD_PDDL))
-    try:
-        parsed = _parsed(domain, problem)
-    except InputError as error:
-        missing = any(each.slug == Slug.PDDL_MISSING for each in error.diagnostics)
-        raise InputError(error.diagnostics if missing or not refused else refused) from None
-    return _TaskReader(domain, problem, refused).task(parsed)
+    reader = _library_reader()
+    checked = checked_pddl(domain, problem)
+    return _TaskReader(checked).task(_parsed(reader, checked, domain, problem))
 
 
-def _parsed(domain: PddlText, problem: PddlText) -> Any:  # noqa: ANN401 - a library that is optional, without types
+def _library_reader() -> Any:  # noqa: ANN401 - a library that is optional, without types
     try:
-        reader = import_module("unified_planning.io").PDDLReader
+        return import_module("unified_planning.io").PDDLReader
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "unified_planning":
             raise
         message = "unified-planning is not installed, which reads PDDL"
         remedy = "run `pip install 'scbm[pddl]'`"
         raise InputError([Diagnostic(Slug.PDDL_MISSING, message, Place("scbm import pddl"), remedy)]) from None
-    first, second = domain.without(_BLANKS), problem.without(_BLANKS)
-    try:
-        return reader().parse_problem_string(first, second)
-    except Exception as error:  # noqa: BLE001 - the library raises errors of many kinds for wrong files
-        fault = error
-    try:  # only for wrong files: the library reads about 100 actions in a second
-        reader().parse_problem_string(first)
-    except Exception as error:  # noqa: BLE001 - the same
-        raise InputError([_syntax_error(domain, error)]) from None
-    raise InputError([_syntax_error(problem, fault)]) from None
 
 
-def _syntax_error(text: PddlText, error: Exception) -> Error:
-    shown = " ".join(str(error).split()) or type(error).__name__
-    match = _LINE_AND_COLUMN.search(shown)
-    place = text.first("define")
-    if match is not None:
-        place = text.at(int(match["line"] or match["l"]), int(match["column"] or match["c"]))
-        shown = shown[: match.start()].removesuffix("From ").rstrip(" (.,")
-    shown = re.sub(r"\s*\(at char \d+\)?", "", shown)
-    return text.error(f"this is no PDDL that can be read: {shown[:300]}", place, slug=Slug.BAD_PDDL)
+def _parsed(reader: Any, checked: CheckedPddl, domain: PddlText, problem: PddlText) -> Any:  # noqa: ANN401 - of the library
+    def read(actions: Sequence[str], *, init: bool, goal: bool) -> Any:  # noqa: ANN401 - of the library
+        try:
+            return reader().parse_problem_string(
+                checked.domain_text(actions), checked.problem_text(init=init, goal=goal)
+            )
+        except Exception:  # noqa: BLE001 - the library raises errors of many kinds for texts that it does not read
+            return None
+
+    texts = [text for _, text in checked.actions]
+    parsed = read(texts, init=True, goal=True)
+    if parsed is not None:
+        return parsed
+    places = [domain.action(name) for name, text in checked.actions if read([text], init=False, goal=False) is None]
+    if not places and read(texts, init=False, goal=True) is None:
+        places = [problem.first(":goal")]
+    if not places and read(texts, init=True, goal=False) is None:
+        places = [problem.first(":init")]
+    message = "unified-planning, which reads PDDL for the import, does not read this part"
+    remedy = "write it with simpler expressions"
+    found = [(problem if p.file == problem.file else domain, p) for p in places or [domain.first("define")]]
+    raise InputError([text.error(message, place, remedy, Slug.BAD_PDDL) for text, place in found])
+
+
+def _plain(name: str) -> str:
+    """Return a name without the prefix that it has for the library."""
+    return name if name == ANY_OBJECT else name[2:]
 
 
 class _TaskReader:
-    """Turns a problem of `unified-planning` into a task, and collects what a model cannot express."""
+    """Turns a problem of `unified-planning` into a task."""
 
-    def __init__(self, domain: PddlText, problem: PddlText, refused: list[Error]) -> None:
-        self._domain = domain
-        self._problem = problem
-        self._errors = dict.fromkeys(refused)
-        self._action: str | None = None
+    def __init__(self, checked: CheckedPddl) -> None:
+        self._checked = checked
 
     def task(self, problem: Any) -> PddlTask:  # noqa: ANN401 - of the library
         fluents = {
-            fluent.name: PddlFluent(
-                fluent.name,
+            _plain(fluent.name): PddlFluent(
+                _plain(fluent.name),
                 tuple((each.name, _type_name(each.type)) for each in fluent.signature),
                 not fluent.type.is_bool_type(),
             )
@@ -144,38 +111,31 @@ class _TaskReader:
         }
         types: dict[str, str | None] = {}
         for kind in problem.user_types:
-            types[kind.name] = kind.father.name if kind.father is not None else None
+            types[_plain(kind.name)] = _plain(kind.father.name) if kind.father is not None else None
         actions = tuple(self._action_of(action) for action in problem.actions)
-        self._action = None
         goals = tuple(self._formula(goal) for goal in problem.goals)
-        initial: dict[str, dict[tuple[str, ...], int]] = {name: {} for name in fluents}
+        initial: dict[str, dict[tuple[str, ...], int | Fraction]] = {name: {} for name in fluents}
         for fact, value in problem.explicit_initial_values.items():
-            objects = tuple(argument.object().name for argument in fact.args)
-            number = self._constant(value, fact.fluent().name)
-            initial[fact.fluent().name][objects] = number
+            objects = tuple(_plain(argument.object().name) for argument in fact.args)
+            name = _plain(fact.fluent().name)
+            initial[name][objects] = self._constant(value)
         invariants = proved_invariants(problem)
         return PddlTask(
-            problem.name or "imported",
+            self._checked.name,
             types,
-            {each.name: _type_name(each.type) for each in problem.all_objects},
+            {_plain(each.name): _type_name(each.type) for each in problem.all_objects},
             fluents,
             actions,
             initial,
             goals,
-            invariants.exclusive,
-            invariants.all,
-            tuple(self._errors),
+            {_plain(name): index for name, index in invariants.exclusive.items()},
+            tuple(
+                tuple(part._replace(fluent=_plain(part.fluent)) for part in invariant) for invariant in invariants.all
+            ),
+            self._checked.errors,
         )
 
-    def _refuse(self, message: str, *words: str, remedy: str | None = None) -> None:
-        text = self._domain if self._action is not None else self._problem
-        place = text.first(*words)
-        if self._action is not None:
-            place = text.inside_action(self._action, words[0]) if words else text.action(self._action)
-        self._errors[text.error(message, place, remedy)] = None
-
     def _action_of(self, action: Any) -> PddlLiftedAction:  # noqa: ANN401 - of the library
-        self._action = action.name
         duration = None
         if hasattr(action, "duration"):
             bounds = action.duration
@@ -185,7 +145,7 @@ class _TaskReader:
             conditions = tuple(self._formula(each) for each in action.preconditions)
             effects = tuple(self._effect(each, 1) for each in action.effects)
         parameters = tuple((each.name, _type_name(each.type)) for each in action.parameters)
-        return PddlLiftedAction(action.name, parameters, conditions, effects, duration)
+        return PddlLiftedAction(_plain(action.name), parameters, conditions, effects, duration)
 
     def _timed_parts(self, action: Any) -> tuple[tuple[PddlFormula, ...], tuple[PddlEffect, ...]]:  # noqa: ANN401 - of the library
         effects = tuple(
@@ -214,31 +174,27 @@ class _TaskReader:
             moment,
         )
 
-    def _constant(self, value: Any, fluent: str = "") -> int:  # noqa: ANN401 - of the library
+    @staticmethod
+    def _constant(value: Any) -> int | Fraction:  # noqa: ANN401 - of the library
         if value.is_bool_constant():
             return int(value.bool_constant_value())
-        number = value.constant_value()
-        if number != int(number):
-            shown = f"{float(number):g}"
-            of = f", the value of `{fluent}`," if fluent else ""
-            message = f"{shown}{of} is no whole number, and variables have whole numbers"
-            self._refuse(message, shown, *([fluent] if fluent else []), remedy="write it in smaller units")
-        return int(number)
+        number = Fraction(value.constant_value())
+        return int(number) if number.denominator == 1 else number
 
-    def _formula(self, node: Any) -> PddlFormula:  # noqa: ANN401, C901, PLR0911 - of the library; a branch for each kind
+    def _formula(self, node: Any) -> PddlFormula:  # noqa: ANN401, PLR0911 - of the library; a branch for each kind
         kind = node.node_type.name
         if node.is_bool_constant():
             return TRUE if node.bool_constant_value() else FALSE
         if kind in {"INT_CONSTANT", "REAL_CONSTANT"}:
             return PddlFormula("number", number=self._constant(node))
         if node.is_fluent_exp():
-            return PddlFormula("fluent", tuple(map(self._formula, node.args)), node.fluent().name)
+            return PddlFormula("fluent", tuple(map(self._formula, node.args)), _plain(node.fluent().name))
         if node.is_parameter_exp():
             return PddlFormula("parameter", name=node.parameter().name)
         if node.is_variable_exp():
             return PddlFormula("parameter", name=node.variable().name)
         if node.is_object_exp():
-            return PddlFormula("object", name=node.object().name)
+            return PddlFormula("object", name=_plain(node.object().name))
         if kind in {"FORALL", "EXISTS"}:
             variables = tuple((each.name, _type_name(each.type)) for each in node.variables())
             parts = tuple(map(self._formula, node.args))
@@ -248,15 +204,11 @@ class _TaskReader:
             return PddlFormula("or", (PddlFormula("not", parts[:1]), parts[1]))
         if kind == "IFF":
             return PddlFormula("or", (PddlFormula("and", parts), PddlFormula("and", tuple(map(negated, parts)))))
-        if kind not in _KINDS:
-            message = f"`{node}` cannot be expressed in a model"
-            self._refuse(message, {"TIMES": "*", "DIV": "/"}.get(kind, kind.lower()))
-            return TRUE
-        return PddlFormula(_KINDS[kind], parts)
+        return folded(PddlFormula(_KINDS[kind], parts))
 
 
 def _type_name(kind: Any) -> str:  # noqa: ANN401 - of the library
-    return str(kind.name)
+    return _plain(str(kind.name))
 
 
 def _asserted(formula: PddlFormula) -> tuple[PddlFormula, PddlFormula] | None:

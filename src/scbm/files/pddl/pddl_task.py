@@ -7,11 +7,30 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from fractions import Fraction
 
     from scbm.model import Diagnostic
 
+PddlNumber: TypeAlias = "int | Fraction"
+"""A number of PDDL: a fraction only if it is no whole number."""
+
 FormulaKind: TypeAlias = Literal[
-    "and", "or", "not", "forall", "exists", "fluent", "parameter", "object", "number", "equals", "<=", "<", "+", "-"
+    "and",
+    "or",
+    "not",
+    "forall",
+    "exists",
+    "fluent",
+    "parameter",
+    "object",
+    "number",
+    "equals",
+    "<=",
+    "<",
+    "+",
+    "-",
+    "*",
+    "/",
 ]
 
 
@@ -23,14 +42,14 @@ class PddlFormula:
         kind: what it is; `equals` compares two objects or two numbers.
         parts: its operands, or the arguments of a fluent.
         name: of a fluent, a parameter or an object.
-        number: of a number.
+        number: of a number; a fraction only where it is no whole number.
         variables: what a quantifier is over: names with their types.
     """
 
     kind: FormulaKind
     parts: tuple[PddlFormula, ...] = ()
     name: str = ""
-    number: int = 0
+    number: PddlNumber = 0
     variables: tuple[tuple[str, str], ...] = ()
 
 
@@ -139,7 +158,7 @@ class PddlTask:
     objects: Mapping[str, str]
     fluents: Mapping[str, PddlFluent]
     actions: tuple[PddlLiftedAction, ...]
-    initial: Mapping[str, Mapping[Fact, int]]
+    initial: Mapping[str, Mapping[Fact, PddlNumber]]
     goals: tuple[PddlFormula, ...]
     exclusive: Mapping[str, int] = field(default_factory=dict)
     invariants: tuple[FactInvariant, ...] = ()

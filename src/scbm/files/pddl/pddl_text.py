@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.model import Diagnostic, Place, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
 _ACTIONS = (":action", ":durative-action")
 _TOKEN = re.compile(r";[^\n]*|[()]|[^\s();]+")
@@ -26,20 +27,26 @@ class PddlText:
         self.file = file
         self.text = text
         self._lines = text.split("\n")
+        self._starts = [0, *(match.end() for match in re.finditer("\n", text))]
         self._tokens = [
             _Token(match.group().lower(), match.start()) for match in _TOKEN.finditer(text) if match.group()[0] != ";"
         ]
 
+    @property
+    def words(self) -> list[str]:
+        """The words and brackets of the text in lower case, without comments."""
+        return [token.word for token in self._tokens]
+
     def action(self, name: str) -> Place:
         """Return the place of the name of an action; that of the whole text if it is not found."""
         index = self._action_index(name)
-        return Place(self.file) if index is None else self._place(index)
+        return Place(self.file) if index is None else self.place(index)
 
     def inside_action(self, action: str, name: str) -> Place:
         """Return the place of the first use of `name` in an action; that of the action if there is none."""
         begin = self._action_index(action)
         index = self._next_in_action(begin, name)
-        return self.action(action) if index is None else self._place(index)
+        return self.action(action) if index is None else self.place(index)
 
     def inside_effect(self, action: str, *fact: str) -> Place:
         """Return the place of the name of a fact in the effect of an action; else as `inside_action`.
@@ -48,7 +55,7 @@ class PddlText:
         """
         effect = self._next_in_action(self._action_index(action), ":effect")
         index = self._next_in_action(effect, *fact)
-        return self.inside_action(action, fact[0]) if index is None else self._place(index)
+        return self.inside_action(action, fact[0]) if index is None else self.place(index)
 
     def _action_index(self, name: str) -> int | None:
         words = [token.word for token in self._tokens]
@@ -72,7 +79,7 @@ class PddlText:
         for word in words:
             for index, token in enumerate(self._tokens):
                 if token.word == word.lower():
-                    return self._place(index)
+                    return self.place(index)
         return Place(self.file)
 
     def declared(self, name: str) -> Place:
@@ -81,7 +88,7 @@ class PddlText:
             for begin, end in self._expressions(section):
                 for index in range(begin + 1, end):
                     if self._tokens[index].word == "(" and self._tokens[index + 1].word == name.lower():
-                        return self._place(index + 1)
+                        return self.place(index + 1)
         return self.first(name)
 
     def initial_fact(self, name: str, objects: Sequence[str]) -> Place:
@@ -90,71 +97,16 @@ class PddlText:
         for begin, end in self._expressions(":init"):
             for index in range(begin, end):
                 if [token.word for token in self._tokens[index : index + len(words)]] == words:
-                    return self._place(index + 1)
+                    return self.place(index + 1)
         return self.first(name)
 
-    def sections(self, word: str) -> list[Place]:
-        """Return the places of all expressions that begin with a word."""
-        return [self._place(begin + 1) for begin, _ in self._expressions(word)]
-
-    def named(self, word: str) -> tuple[str, Place] | None:
-        """Return the name in the first expression that begins with a word, with its place; `None` without one."""
-        for begin, end in self._expressions(word):
-            if begin + 2 < end:
-                return self._tokens[begin + 2].word, self._place(begin + 2)
-        return None
-
-    def uses(self, word: str) -> list[Place]:
-        """Return the places of all uses of a word."""
-        return [self._place(index) for index, token in enumerate(self._tokens) if token.word == word]
-
-    def object_functions(self) -> list[Place]:
-        """Return the places of the types of functions whose values are no numbers."""
-        found = []
-        for begin, end in self._expressions(":functions"):
-            for index in range(begin, end - 1):
-                before, sign, kind = (token.word for token in self._tokens[index : index + 3])
-                if (before, sign) == (")", "-") and kind != "number":
-                    found.append(self._place(index + 2))
-        return found
-
-    def timed_facts(self) -> list[Place]:
-        """Return the places of facts that become true or false at a given time: `(at 5 (open door))`."""
-        found = []
-        for begin, end in self._expressions(":init"):
-            for index in range(begin, end - 1):
-                words = [token.word for token in self._tokens[index : index + 3]]
-                if words[:2] == ["(", "at"] and words[2].replace(".", "", 1).isdigit():
-                    found.append(self._place(index + 1))
-        return found
-
-    def without(self, blanks: Mapping[str, str]) -> str:
-        """Return the text without the expressions that begin with some words; all places stay.
-
-        `blanks` says for each word what replaces its expressions: `all` for nothing, `last` for their last part, `next`
-        for the part after the word; other values replace the word itself.
-        """
-        text = list(self.text)
-        for word, kept in blanks.items():
-            for begin, end in self._expressions(word):
-                first, last = self._tokens[begin].begin, self._tokens[end].begin + 1
-                inside = range(first, first) if kept == "all" else self._kept_part(begin, end, kept)
-                for position in range(first, last):
-                    if position not in inside and text[position] != "\n":
-                        text[position] = " "
-                if kept not in {"all", "last", "next"}:
-                    at = self._tokens[begin + 1].begin
-                    text[at : at + len(word)] = kept.ljust(len(word))
-        return "".join(text)
-
-    def _kept_part(self, begin: int, end: int, kept: str) -> range:
-        if kept == "next":
-            token = self._tokens[begin + 2]
-            return range(token.begin, token.begin + len(token.word))
-        if kept == "last":
-            opening = [i for i in range(begin + 1, end) if self._tokens[i].word == "("]
-            return range(self._tokens[opening[0]].begin if opening else 0, self._tokens[end].begin if opening else 0)
-        return range(self._tokens[begin].begin, self._tokens[end].begin + 1)
+    def initial_value(self, name: str, objects: Sequence[str]) -> Place:
+        """Return the place of the value of a function in the initial state; that of the fact if it is not found."""
+        words = ["(", "=", "(", name.lower(), *(each.lower() for each in objects), ")"]
+        for index in range(len(self._tokens) - len(words)):
+            if [token.word for token in self._tokens[index : index + len(words)]] == words:
+                return self.place(index + len(words))
+        return self.initial_fact(name, objects)
 
     def _expressions(self, word: str) -> Iterator[tuple[int, int]]:
         """Yield the indices of the brackets around each expression that begins with a word."""
@@ -177,10 +129,8 @@ class PddlText:
         shown = self._lines[place.line - 1].rstrip("\r") if place.line else None
         return Diagnostic(slug or Slug.PDDL_NOT_EXPRESSIBLE, message, place, remedy, shown)
 
-    def _place(self, index: int) -> Place:
+    def place(self, index: int) -> Place:
+        """Return the place of a word by its index."""
         word, begin = self._tokens[index]
-        line, column = self._position(begin)
-        return Place(self.file, line, column, len(word))
-
-    def _position(self, begin: int) -> tuple[int, int]:
-        return self.text.count("\n", 0, begin) + 1, begin - self.text.rfind("\n", 0, begin)
+        line = bisect_right(self._starts, begin)
+        return Place(self.file, line, begin - self._starts[line - 1] + 1, len(word))
