@@ -25,6 +25,7 @@ from scbm.files.pddl.pddl_task import (
     PddlTask,
 )
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
+from scbm.planning import Planner, Solved
 
 BLOCKS = """(define (domain blocks) (:requirements :strips)
  (:predicates (on ?x ?y) (ontable ?x) (clear ?x) (handempty) (holding ?x))
@@ -439,6 +440,7 @@ def test_all_that_a_model_cannot_express_is_reported_at_once() -> None:
         ("d:9:60", "the duration of wait depends on `fuel`"),
         ("d:11:25", "products"),
         ("d:11:65", "changes that go on with time"),
+        ("p:3:3", "the problem gives no value of `(load a)`"),
         ("p:3:19", "`at`"),
         ("p:3:37", "1.5"),
         ("p:4:4", "facts at given times"),
@@ -527,6 +529,65 @@ def test_durations_without_a_value_are_errors_at_the_action(changed: tuple[str, 
         imported_model(read_pddl(*texts), *texts, PddlImportOptions())
     (error,) = raised.value.diagnostics
     assert (str(error.place), message in error.message) == ("d:6:3", True)
+
+
+ROADS = """(define (domain roads)
+ (:types agv - machine station - place)
+ (:functions (fuel ?a - agv) (full ?a - agv) (way ?x ?y - place))
+ (:predicates (at ?a - agv ?s - station) (road ?x ?y - station))
+ (:action go :parameters (?a - agv ?x ?y - station)
+  :precondition (and (at ?a ?x) (road ?x ?y) (>= (fuel ?a) (way ?x ?y)))
+  :effect (and (not (at ?a ?x)) (at ?a ?y) (decrease (fuel ?a) (way ?x ?y))))
+ (:action fill :parameters (?a - agv) :precondition (< (fuel ?a) (full ?a)) :effect (assign (fuel ?a) (full ?a))))
+"""
+ROADS_PROBLEM = """(define (problem roads-1) (:domain roads) (:objects a1 - agv s1 s2 s3 - station)
+ (:init (at a1 s1) (road s1 s2) (road s2 s3) (= (fuel a1) 2) (= (full a1) 6) (= (way s1 s2) 2) (= (way s2 s3) 5))
+ (:goal (at a1 s3)))
+"""
+
+
+def roads(*changes: tuple[str, str]) -> str:
+    domain, problem = ROADS, ROADS_PROBLEM
+    for old, new in changes:
+        domain, problem = domain.replace(old, new), problem.replace(old, new)
+    texts = PddlText("d", domain), PddlText("p", problem)
+    return imported_model(read_pddl(*texts), *texts, PddlImportOptions()).text
+
+
+def test_constant_functions_bound_numbers_and_have_values_where_the_problem_gives_them() -> None:
+    model = read_model(roads())
+    assert {v.name: str(v.domain) for v in model.variables} == {
+        "at.a1": "[s1, s2, s3]",
+        "fuel.a1": "0..6",
+        "full.a1": "6..6",
+        "way.s1.s2": "2..5",
+        "way.s2.s3": "2..5",
+    }
+    assert operations(model) == ["go.a1.s1.s2", "go.a1.s2.s3", "fill.a1"]
+    solved = Planner(model).plan(model.nominal_state, model.goals[0][1])
+    assert isinstance(solved, Solved)
+    assert list(solved.plan) == ["go.a1.s1.s2", "fill.a1", "go.a1.s2.s3"]
+
+
+def test_an_action_requires_the_values_that_it_reads() -> None:
+    text = roads(("(road ?x ?y) (>=", "(>="))
+    assert "    where: way_given(x, y)\n" in text
+    assert operations(read_model(text)) == ["go.a1.s1.s2", "go.a1.s2.s3", "fill.a1"]
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        (("(= (fuel a1) 2)", ""), "p:2:3"),
+        (("(>= (fuel ?a) (way ?x ?y))", "(or (= ?x ?y) (>= (fuel ?a) (way ?y ?x)))"), "d:6:75"),
+        (("(:goal (at a1 s3))", "(:goal (> (way s1 s3) 1))"), "p:3:3"),
+    ],
+)
+def test_values_that_cannot_be_left_open_are_errors(change: tuple[str, str], place: str) -> None:
+    with pytest.raises(InputError) as raised:
+        roads(change)
+    errors = [each for each in raised.value.diagnostics if "bounds" not in each.message]
+    assert [(str(each.place), each.slug) for each in errors] == [(place, Slug.PDDL_NOT_EXPRESSIBLE)]
 
 
 @pytest.mark.parametrize("given", ["fuel=0..65536", f"fuel=0..{'9' * 5000}", f"fuel={10**18}..{10**18 + 1}"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from difflib import get_close_matches
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 
 Kinds: TypeAlias = "tuple[str, ...]"
 """The types of a parameter: several for `either`; none if its type has an error."""
+
+_TYPO = 0.8
+"""The ratio of `difflib` from which on an undeclared parent is no type of its own: `thng` is not, beside `thing`."""
 
 ANY_OBJECT = "object"
 """The type of what has no type; all types are below it."""
@@ -83,6 +87,9 @@ class PddlNames:
             if name.word in self._parents:
                 faults.wrong(name, f"the type `{name.word}` is declared twice", "leave out one of them")
             self._parents[name.word] = ANY_OBJECT
+        for _, kind in entries:
+            if kind is not None and NAME.fullmatch(kind.word) and kind.word != ANY_OBJECT and not self._is_typo(kind):
+                self._parents.setdefault(kind.word, ANY_OBJECT)
         for name, kind in entries:
             if kind is not None and name.word in self._parents:
                 kinds = self.kinds(kind, faults)
@@ -92,6 +99,10 @@ class PddlNames:
                     faults.wrong(name, f"the type `{name.word}` is below itself", "name another type after the `-`")
                 else:
                     self._parents[name.word] = kinds[0] if kinds else _UNKNOWN
+
+    def _is_typo(self, node: PddlNode) -> bool:
+        """Return whether a parent that is declared nowhere is almost the name of a declared type."""
+        return node.word not in self._parents and bool(get_close_matches(node.word, self._parents, 1, _TYPO))
 
     def kinds(self, node: PddlNode | None, faults: FileFaults) -> Kinds:
         """Return the types that an expression names; none if it has an error."""

@@ -6,14 +6,17 @@ import re
 from typing import TYPE_CHECKING
 
 from scbm.files.codec.variable_keys import MAX_VALUES
+from scbm.files.pddl.constant_terms import UnknownValueError, values_of
 from scbm.files.pddl.pddl_reader import conjuncts
+from scbm.files.pddl.pddl_task import PddlFormula
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Diagnostic, Place, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from fractions import Fraction
 
-    from scbm.files.pddl.pddl_task import PddlEffect, PddlFluent, PddlFormula, PddlLiftedAction, PddlNumber, PddlTask
+    from scbm.files.pddl.pddl_task import FormulaKind, PddlEffect, PddlFluent, PddlLiftedAction, PddlNumber, PddlTask
     from scbm.files.pddl.pddl_text import PddlText
 
 _RANGE = re.compile(r"(?P<name>[^=]+)=(?P<low>-?\d+)\.\.(?P<high>-?\d+)")
@@ -26,6 +29,7 @@ class NumberRanges:
     """The lowest and the highest value of each numeric fluent.
 
     An action that subtracts k needs a condition `fluent >= b`: the lowest value after it is b - k. So for the highest.
+    Here b and k are numbers, or terms over functions that no action changes.
 
     Attributes:
         errors: fluents without a bound, and options that are wrong.
@@ -97,34 +101,45 @@ class NumberRanges:
                 low, high = min(low, bounds[0], bounds[1]), max(high, bounds[1], bounds[0])
         return low, high
 
-    @staticmethod
-    def _after(action: PddlLiftedAction, effect: PddlEffect) -> tuple[PddlNumber, PddlNumber] | None:
+    def _after(self, action: PddlLiftedAction, effect: PddlEffect) -> tuple[PddlNumber, PddlNumber] | None:
         """Return bounds of the new value, as far as the action gives them."""
-        if effect.value.kind != "number":
+        steps = self._values(effect.value)
+        if steps is None:
             return None
-        step = effect.value.number
         if effect.kind == "assign":
-            return step, step
-        step = step if effect.kind == "increase" else -step
+            return min(steps), max(steps)
+        sign: FormulaKind = "+" if effect.kind == "increase" else "-"
+        rises = {(step >= 0) == (sign == "+") for step in steps}
+        if len(rises) > 1:
+            return None
+        is_upper = rises == {True}
         bounds = []
         for condition in (c for each in (*action.conditions, effect.condition) for c in conjuncts(each)):
-            bound = _bound(condition, effect.fluent, is_upper=step > 0)
-            if bound is not None:
-                bounds.append(bound + step)
+            bound = _bound(condition, effect.fluent, is_upper=is_upper)
+            values = None if bound is None else self._values(PddlFormula(sign, (bound, effect.value)))
+            if values is not None:
+                strict = int(condition.kind == "<")
+                bounds.append(max(values) - strict if is_upper else min(values) + strict)
         if not bounds:
             return None
-        nearest = min(bounds) if step > 0 else max(bounds)
+        nearest = min(bounds) if is_upper else max(bounds)
         return nearest, nearest
 
+    def _values(self, term: PddlFormula) -> list[Fraction] | None:
+        """Return the values of a term over constant functions; `None` of another term."""
+        try:
+            return values_of(term, self._task)
+        except UnknownValueError:
+            return None
 
-def _bound(condition: PddlFormula, fluent: PddlFormula, *, is_upper: bool) -> PddlNumber | None:
-    """Return the bound that a condition gives a fluent; `None` if it gives none."""
+
+def _bound(condition: PddlFormula, fluent: PddlFormula, *, is_upper: bool) -> PddlFormula | None:
+    """Return the term that bounds a fluent by a condition; `None` if there is none."""
     if condition.kind not in {"<=", "<", "equals"}:
         return None
     left, right = condition.parts
-    strict = int(condition.kind == "<")
-    if left == fluent and right.kind == "number" and (is_upper or condition.kind == "equals"):
-        return right.number - strict
-    if right == fluent and left.kind == "number" and (not is_upper or condition.kind == "equals"):
-        return left.number + strict
+    if left == fluent and (is_upper or condition.kind == "equals"):
+        return right
+    if right == fluent and (not is_upper or condition.kind == "equals"):
+        return left
     return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, product
+from math import prod
 from typing import TYPE_CHECKING
 
 from scbm.files.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
@@ -15,6 +16,7 @@ from scbm.files.pddl.number_ranges import NumberRanges
 from scbm.files.pddl.pddl_reader import conjuncts, inner_formulas, negated
 from scbm.files.pddl.pddl_task import FALSE, TRUE, PddlFormula
 from scbm.files.pddl.predicate_groups import PredicateGroups, without
+from scbm.files.pddl.undefined_values import UndefinedValues
 from scbm.model import Diagnostic, InputError, Place
 
 if TYPE_CHECKING:
@@ -87,15 +89,21 @@ class _ModelText:
         self._domain = domain
         self._problem = problem
         self._errors = dict.fromkeys(task.errors)
+        self._objects_of = {kind: self._objects(kind) for kind in task.types}
+        self._read = self._read_fluents()
+        undefined = UndefinedValues(task, (domain, problem), self._read, self._objects_of)
+        self._errors |= dict.fromkeys(undefined.errors)
+        self._partial = undefined.partial
+        self._task = task = undefined.task
         self._names = ImportNames(task)
         self._nothing = "nothing" if "nothing" not in task.objects else self._names.fresh("nothing")
-        self._objects_of = {kind: self._objects(kind) for kind in task.types}
-        changed = {effect.fluent.name: None for action in task.actions for effect in action.effects}
-        self._read = self._read_fluents()
+        self._changed = {effect.fluent.name: None for action in task.actions for effect in action.effects}
         unread = [n for n, f in task.fluents.items() if f.is_numeric and n not in self._read]
         self._ignored = dict.fromkeys(unread)
         self._errors |= dict.fromkeys(number_faults(task, domain, problem, self._read))
-        self._static = {name: None for name, f in task.fluents.items() if name not in changed and not f.is_numeric}
+        self._static = {
+            name: None for name, f in task.fluents.items() if name not in self._changed and not f.is_numeric
+        }
         self._requests = ImportedRequests(task, self._names, domain, options.resources, arguments=options.arguments)
         groups = PredicateGroups(task, domain, problem, self._static, options.groups)
         self._groups = groups.chosen
@@ -148,6 +156,8 @@ class _ModelText:
             ("only durations read it", [name for name in self._ignored if name in timing]),
         ):
             lines += [f"# Left out, since {reader}: {', '.join(names)}"] if names else []
+        if self._partial:
+            lines.append(f"# Only for the objects that the problem gives a value for: {', '.join(self._partial)}")
         if self._unproved:
             lines.append(f"# Not proved to have one value at a time: {', '.join(self._unproved)}")
         lines.append(f"behavior_model: {name if name[:1].isalpha() else f'x{name}'}")
@@ -290,10 +300,16 @@ class _ModelText:
     def _comparison(self, formula: PddlFormula, scope: Mapping[str, str], sign: str = "") -> str:
         left, right = formula.parts
         sign = sign or {"equals": "=="}.get(formula.kind, formula.kind)
-        if left.kind == "number":
+        if self._is_constant(left) and not self._is_constant(right):
             left, right = right, left
             sign = {"<=": ">=", "<": ">"}.get(sign, sign)
         return f"{self._term(left, scope)} {sign} {self._term(right, scope)}"
+
+    def _is_constant(self, formula: PddlFormula) -> bool:
+        """Return whether a term is a number, or a function that no action changes, such as `distance`."""
+        numeric = [each for each in inner_formulas(formula) if each.kind == "fluent"]
+        is_number = formula.kind in {"number", "fluent", "+", "-"}
+        return is_number and not any(each.name in self._changed for each in numeric)
 
     def _quantified(self, formula: PddlFormula, scope: Mapping[str, str], *, inner: bool) -> str:
         names = self._names.parameters([*scope, *(name for name, _ in formula.variables)])
@@ -350,7 +366,8 @@ class _ModelText:
             values = {key: held.get(key, self._nothing) for key in keys}
         elif fluent.is_numeric:
             domain = self._ranges.shown(name)
-            values = {key: str(self._task.initial[name].get(key, 0)) for key in keys}
+            given = self._task.initial[name]
+            values = {key: str(given.get(key, 0)) for key in keys if key in given or not key}  # else an error
         else:
             domain = "bool"
             values = {key: "true" if self._task.initial[name].get(key, 0) else "false" for key in keys}
@@ -361,12 +378,13 @@ class _ModelText:
     def _entries(
         self, name: str, parameters: Sequence[tuple[str, str]], domain: str, values: Mapping[Fact, str]
     ) -> Iterator[str]:
-        """Yield the entries, each without its last bracket."""
+        """Yield the entries, each without its last bracket. Functions may have values for some objects only."""
         if not parameters:
             yield f"  {name}: {{domain: {domain}, initial: {values[()]}"
             return
         different = list(dict.fromkeys(values.values()))
-        if len(different) <= 1:
+        is_partial = 0 < len(values) < prod(len(self._objects_of[kind]) for _, kind in parameters)
+        if len(different) <= 1 and not is_partial:
             types = ", ".join(self._names.types[kind] for _, kind in parameters)
             if different:
                 yield f"  {name}[{types}]: {{domain: {domain}, initial: {different[0]}"
@@ -376,12 +394,12 @@ class _ModelText:
         rest = max(different, key=lambda value: sum(v == value for v in values.values()))
         if domain == "bool":
             rest = "false"
-        listed = [value for value in different if value != rest]
+        listed = different if is_partial else [*(value for value in different if value != rest), rest]
         excluded: list[str] = []
-        for number, value in enumerate((*listed, rest)):
+        for number, value in enumerate(listed):
             words = self._names.parameters([p if not number else f"{p}_{number + 1}" for p, _ in parameters])
             own = list(words.values())
-            if value == rest:
+            if value == rest and not is_partial:
                 where = " && ".join(self._call(e, own, negate=True) for e in excluded)
             else:
                 facts = [key for key, each in values.items() if each == value]
