@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -117,3 +118,25 @@ def test_no_package_exports_a_name_of_one_of_its_modules() -> None:
         modules = {path.stem for path in init.parent.iterdir() if path.suffix == ".py" or path.is_dir()}
         clashes += [f"{init.parent.name}.{name}" for name in exported if name in modules]
     assert clashes == []
+
+
+JSON_READER = SOURCE / "model" / "json_reader.py"
+
+
+def other_json_readers(path: Path) -> list[str]:
+    """Return the uses of readers of the module `json` in a module, each with its line."""
+    readers = ("load", "loads", "JSONDecoder")
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "json":
+            found += [f"{node.lineno}: json.{node.attr}"] if node.attr in readers else []
+        if isinstance(node, ast.ImportFrom) and node.module in ("json", "json.decoder"):
+            found += [f"{node.lineno}: {each.name}" for each in node.names if each.name in readers]
+    return found
+
+
+def test_json_is_read_by_one_module() -> None:
+    """It refuses repeated keys, `NaN`, half of a surrogate pair and deep nesting, which the module `json` lets pass."""
+    assert other_json_readers(JSON_READER)
+    others = [path for path in MODULES if path != JSON_READER]
+    assert {path.relative_to(SOURCE).as_posix(): found for path in others if (found := other_json_readers(path))} == {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from contextlib import suppress
@@ -15,6 +14,7 @@ from scbm.closing.proof_reasons import REASONS_SUFFIX, read_reasons
 from scbm.closing.proved_statuses import assumed_by
 from scbm.files import digest_of, open_input, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.json_reader import JsonError, read_json
 from scbm.proofcheck import RunsArgument
 
 if TYPE_CHECKING:
@@ -188,9 +188,15 @@ def open_certificate(path: Path) -> CertificateFile:
 
 
 def model_path_in(text: str, path: Path) -> Path | None:
-    """Return the model file that the text of a certificate names; the text may be its beginning."""
+    """Return the model file that the text of a certificate names; the text may be its beginning.
+
+    Returns `None` if the text names no file, or its name is damaged.
+    """
     named = _MODEL_FILE.search(text)
-    return None if named is None else normalised(path.parent / str(json.loads(named[1])))
+    try:
+        return None if named is None else normalised(path.parent / str(read_json(named[1], len(text))))
+    except JsonError:
+        return None
 
 
 def normalised(path: Path) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
-from scbm.store.stored_mutants import KEY_BYTES, MutatedSuite, StoredMutant, StoredMutation
+from scbm.store.stored_mutants import KEY_BYTES, MutatedSuite, StoredMutant, StoredMutation, read_limits
 from scbm.testing.mutants import MutantStatus
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def _result(row: tuple[object, ...]) -> StoredMutant:
     name, status, case, reason, runs, skipped, belongs, noticed, limits, witness, is_benign, is_killable = row
     return StoredMutant(
         *(_text(name), MutantStatus(_text(status)), _text(case), _text(reason), _number(runs), _number(skipped)),
-        *(_bits(belongs), _bits(noticed), _text_or_none(limits), _text_or_none(witness)),
+        *(_bits(belongs), _bits(noticed), _limits(limits), _text_or_none(witness)),
         *(bool(is_benign), bool(is_killable)),
     )
 
@@ -108,6 +108,14 @@ def _text(value: object) -> str:
 
 def _text_or_none(value: object) -> str | None:
     return None if value is None else _text(value)
+
+
+def _limits(value: object) -> str | None:
+    """Return limits of a row as text; `None` if there are none. Raise `ValueError` if the text has no limits."""
+    text = _text_or_none(value)
+    if text is not None:
+        read_limits(text)
+    return text
 
 
 def _number(value: object) -> int:

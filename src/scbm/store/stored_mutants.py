@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from scbm import __version__
 from scbm.files import read_case, write_case, write_model
 from scbm.model import stable_durations
+from scbm.model.json_reader import convert_json, read_json
 from scbm.testing.mutants import (
     NO_MUTANTS,
     OPERATORS_VERSION,
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
     from scbm.testing.mutants import Mutant
 
 KEY_BYTES = 16
+
+_MAX_LIMITS_CHARACTERS = 10_000
+"""The maximum length of limits as text, which are some numbers; a store that holds a longer text is damaged."""
 
 VERDICTS = "verdicts"
 """The oracle of `scbm test`: the verdicts of the cases as they are."""
@@ -178,9 +182,14 @@ def mutations_in_words(mutations: Sequence[StoredMutation]) -> str:
     return f"results of `scbm mutate`: {len(last.results)}{of_all} mutants with {cases}: {words}{others}"
 
 
+def read_limits(text: str) -> dict[str, int]:
+    """Return the limits in a text of `limits_text`. Raise `JsonError` for another text, as after damage of a store."""
+    return convert_json(read_json(text, _MAX_LIMITS_CHARACTERS), dict[str, int])
+
+
 def covers_limits(known: str, wanted: str) -> bool:
     """Return whether no limit of `known` is smaller than in `wanted`; both are texts of `limits_text`."""
-    have, need = json.loads(known), json.loads(wanted)
+    have, need = read_limits(known), read_limits(wanted)
     return have.keys() == need.keys() and all(have[name] >= need[name] for name in need)
 
 

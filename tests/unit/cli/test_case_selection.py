@@ -99,6 +99,28 @@ def test_a_record_of_failed_cases_that_is_damaged_is_an_error(scbm: Scbm, tmp_pa
     assert (ran.code, "last-failed.json: error[wrong-shape]" in ran.err) == (2, True)
 
 
+@pytest.mark.parametrize(
+    ("entry", "wrong"),
+    [
+        ('{"failed": [], "failed": ["a"]}', '"failed"'),
+        (r'{"failed": ["\ud800"]}', r"\ud800"),
+        ('{"failed": [NaN]}', "NaN"),
+        ('{"failed": [1]}', ""),
+    ],
+)
+def test_a_record_of_failed_cases_is_read_as_strictly_as_other_json(
+    entry: str, wrong: str, scbm: Scbm, tmp_path: Path
+) -> None:
+    model = tmp_path / "cell.yaml"
+    model.write_text(Path(BEFORE).read_text(encoding="utf-8"), encoding="utf-8")
+    record = tmp_path / "last-failed.json"
+    text = f'{{"format_version": 1, "models": {{"cell.yaml": {entry}}}}}'
+    record.write_text(text, encoding="utf-8")
+    place = f":1:{text.rindex(wrong) + 1}" if wrong else ""
+    ran = scbm("test", model, "--failures", tmp_path, "--lf")
+    assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{record}{place}: error[wrong-shape]"])
+
+
 def test_a_campaign_in_which_nothing_fails_leaves_no_record(scbm: Scbm, tmp_path: Path) -> None:
     assert scbm("test", BEFORE, "--cases", 2, "--failures", tmp_path / "failures").code == 0
     assert list(tmp_path.iterdir()) == []

@@ -13,6 +13,7 @@ from scbm.closing.certificate_files import (
     check_file,
     find_certificates,
     is_certificate_text,
+    model_path_in,
     open_certificate,
 )
 from scbm.model import InputError, Slug
@@ -34,6 +35,12 @@ def test_a_certificate_is_read_as_it_was_written(tmp_path: Path, model_file: str
     assert opened.certificate == certificate
     assert str(opened.required_model_path()) == os.path.normpath(tmp_path / model_file)
     assert is_certificate_text(path.read_text(encoding="utf-8"))
+
+
+def test_a_certificate_whose_model_file_is_no_text_names_no_model(tmp_path: Path) -> None:
+    text = certificate_text(CERTIFICATE, "cell.yaml")
+    assert model_path_in(text, tmp_path / "c.json") == tmp_path / "cell.yaml"
+    assert model_path_in(text.replace("cell.yaml", r"\ud800.yaml"), tmp_path / "c.json") is None
 
 
 def test_other_json_is_no_certificate() -> None:

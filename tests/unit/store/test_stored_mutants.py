@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -79,6 +80,19 @@ def test_who_writes_again_finds_what_is_there(path: Path) -> None:
         assert list(writer.known) == ["first", "second"]
     with write_mutants(path, MODEL, suite_of(history, [0])) as writer:
         assert (writer.known, writer.decisions) == ({}, {"second": {"{}": open_one}})
+
+
+@pytest.mark.parametrize("limits", ["not JSON", "[]", '{"situations": "many"}', '{"a": 1, "a": 2}', "[" * 100_000])
+def test_damaged_limits_are_an_error_of_the_store(limits: str, path: Path) -> None:
+    history = read_history(path)
+    suite = suite_of(history, range(3))
+    add(path, suite, replace(killed("first", history), status=MutantStatus.SURVIVED, noticed=0, limits="{}"))
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("UPDATE mutant SET limits = ?", (limits,))
+    for opened in (lambda: read_history(path).mutations, lambda: add(path, suite)):
+        with pytest.raises(InputError) as refused:
+            opened()
+        assert [each.slug for each in refused.value.diagnostics] == [Slug.STORE_DAMAGED]
 
 
 def test_a_decision_stays_when_a_later_command_has_none(path: Path) -> None:

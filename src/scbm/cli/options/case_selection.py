@@ -7,11 +7,12 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.cli.options.option_errors import option_error
 from scbm.files import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.json_reader import JsonError, line_and_column, read_json_object
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 _TOKEN = re.compile(r'\s*(?:(?P<sign>[()])|"(?P<quoted>[^"]*)"|(?P<word>[^\s()"]+))')
 _RECORD = "last-failed.json"
 FORMAT_VERSION = 1
+
+_MAX_CHARACTERS = 64 * 1024 * 1024
+"""Maximum length of the record; it has some million names of cases."""
 
 
 def name_filter(expression: str) -> Callable[[str], bool]:
@@ -153,10 +157,10 @@ def _entries(directory: Path) -> dict[str, dict[str, object]]:
     except UnicodeDecodeError:
         raise _damaged(directory) from None
     try:
-        data = json.loads(text)
-    except (ValueError, RecursionError):
-        raise _damaged(directory) from None
-    models = data.get("models") if isinstance(data, dict) and data.get("format_version") == FORMAT_VERSION else None
+        data = read_json_object(text, _MAX_CHARACTERS)
+    except JsonError as error:
+        raise _damaged(directory, error.message, line_and_column(text, error.position)) from None
+    models = data.get("models") if data.get("format_version") == FORMAT_VERSION else None
     if not isinstance(models, dict) or not all(isinstance(entry, dict) for entry in models.values()):
         raise _damaged(directory)
     return models
@@ -166,7 +170,13 @@ def _key(directory: Path, model_file: Path) -> str:
     return Path(os.path.relpath(model_file, directory)).as_posix()
 
 
-def _damaged(directory: Path) -> InputError:
-    message = "this is no record of failed cases of this version of scbm"
-    place = Place(str(directory / _RECORD))
-    return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, "remove it, and run the cases again")])
+_TextPlace: TypeAlias = tuple[int, int, str | None]
+_NO_RECORD = "this is no record of failed cases of this version of scbm"
+
+
+def _damaged(directory: Path, message: str = _NO_RECORD, where: _TextPlace = (0, 0, None)) -> InputError:
+    """Return the error for the file; `where` has the line, the column and the text of the line."""
+    line, column, source = where
+    place = Place(str(directory / _RECORD), line, column)
+    remedy = "remove it, and run the cases again"
+    return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, remedy, source_line=source)])
