@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
+from os.path import lexists
 from typing import TYPE_CHECKING
 
 from scbm.files import open_input
@@ -64,17 +65,24 @@ def open_for_writing(path: Path) -> Iterator[sqlite3.Connection]:
     """Open a store, or create an empty database. Raises `InputError` if the file is damaged or not a store.
 
     While a writer is open, the file is in write-ahead mode: transactions are quick, and none waits for a disk.
+    A new file that nothing was added to is removed in the end, for example on a disk that is full.
     """
     with store_errors(path):
         _refuse_other_files(path, must_exist=False)
+        is_new = not lexists(path)
         connection = _connect(path)
     try:
         with store_errors(path):
             _prepare(connection, path)
+            if not lexists(path):  # see `_remove_empty`
+                message = "another process removed this store, which was empty, while it was opened"
+                raise problem(Slug.STORE_UNUSABLE, path, message, "run the command again")
         yield connection
     finally:
         _set_journal(connection, "DELETE")
         _close(connection)
+        if is_new:
+            _remove_empty(path)
 
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
@@ -186,12 +194,15 @@ def replace_store(content: sqlite3.Connection, path: Path) -> None:
     """Copy a database into a store that is not open, or does not exist yet. Raises `InputError`."""
     with store_errors(path):
         _refuse_other_files(path, must_exist=False)
+        is_new = not lexists(path)
         target = _connect(path)
         try:
             _lock_exclusively(target, path)
             overwrite(content, target, path)
         finally:
             _close(target)
+            if is_new:
+                _remove_empty(path)
 
 
 def problem(slug: Slug, path: Path, message: str, remedy: str | None = None) -> InputError:
@@ -201,6 +212,22 @@ def problem(slug: Slug, path: Path, message: str, remedy: str | None = None) -> 
 
 def _connect(path: Path) -> sqlite3.Connection:
     return sqlite3.connect(path, timeout=_PATIENCE_S, isolation_level=None)
+
+
+def _remove_empty(path: Path) -> None:
+    """Remove a closed store that this process made if it has no tables, unless another process writes to it.
+
+    A writer has a file beside the store from when it has opened the store. One that opens it right now finds that the
+    store is gone.
+    """
+    if any(lexists(f"{path}{ending}") for ending in ("-wal", "-journal")):
+        return
+    with suppress(sqlite3.Error, OSError, InputError):  # the error that matters is reported by then
+        uri = f"{path.absolute().as_uri()}?immutable=1"  # works on a disk that is full, too
+        with closing(sqlite3.connect(uri, uri=True, isolation_level=None)) as connection:
+            is_filled = has_tables(connection, path)
+        if not is_filled:
+            path.unlink()
 
 
 def _close(connection: sqlite3.Connection) -> None:

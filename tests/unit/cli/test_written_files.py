@@ -192,4 +192,26 @@ def test_a_full_disk_is_a_located_error_and_leaves_nothing_cut_off(
     with largest_file(200):
         ran = scbm(*(argument.format(out=out, **inputs) for argument in arguments))
     assert (ran.code, "Traceback" in ran.err, "error[" in ran.err) == (2, False, True)
-    assert [path for path in out.rglob("*") if path.is_file() and path.suffix != ".db"] == []
+    assert [path for path in out.rglob("*") if path.is_file()] == []
+
+
+@pytest.mark.parametrize("size", [0, 512, 4_096, 40_000])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("test", "{model}", "--cases", "9", "--store", "{out}/new.db", "--failures", "{out}"),
+        ("mutate", "{model}", "--cases", "1", "--no-equivalence", "--store", "{out}/new.db"),
+        ("combine", "{store}", "-o", "{out}/new.db"),
+    ],
+    ids=lambda each: each[0],
+)
+def test_a_full_disk_leaves_no_new_store_that_is_empty(
+    arguments: tuple[str, ...], size: int, inputs: dict[str, Path], tmp_path: Path, scbm: Scbm
+) -> None:
+    store, out = tmp_path / "filled.db", tmp_path / "out"
+    assert scbm("test", inputs["model"], "--cases", 1, "--store", store, "--failures", tmp_path / "f").code == 0
+    out.mkdir()
+    with largest_file(size):
+        ran = scbm(*(argument.format(out=out, store=store, **inputs) for argument in arguments))
+    assert (ran.code, "Traceback" in ran.err, "error[" in ran.err) == (2, False, True)
+    assert list(out.iterdir()) == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,13 +50,21 @@ def test_an_error_within_an_addition_leaves_nothing_of_it(path: Path, monkeypatc
     assert read_history(path) == before
 
 
-def test_an_error_while_a_store_is_made_leaves_it_empty(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_while_a_store_is_made_leaves_none(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Tables, "put_run", _breaking)
     with pytest.raises(ZeroDivisionError):
         store(path, 1, results(1, 1))
-    with pytest.raises(InputError) as caught:
-        read_history(path)
-    assert caught.value.diagnostics[0].slug is Slug.STORE_EMPTY
+    assert list(path.parent.iterdir()) == []
+
+
+def test_an_empty_store_stays_while_another_process_has_it_open(path: Path) -> None:
+    with ExitStack() as first:
+        first.enter_context(write_store(path, cell(), a_run(1, cell())))
+        with write_store(path, cell(), a_run(2, cell())) as writer:
+            first.close()
+            for recipe, result in results(1, 1):
+                writer.add(1, recipe, result)
+    assert len(read_history(path).cases) == 1
 
 
 def test_while_someone_writes_the_file_is_in_write_ahead_mode(path: Path) -> None:
