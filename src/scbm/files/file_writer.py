@@ -111,7 +111,7 @@ class FileWriter:
             message = f"cannot write {path}: {_reason(error)}"
             raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option))]) from None
 
-    def write_all(self, files: Mapping[Path, str], *, overwrite: bool) -> None:
+    def write_all(self, files: Mapping[Path, str], *, overwrite: bool, own: str | None = None) -> None:
         """Write the files of an output directory, each as `replace_file` does; make the directories above them.
 
         A file that has its text already is left as it is.
@@ -119,6 +119,7 @@ class FileWriter:
         Args:
             files: the text of each file.
             overwrite: whether a file with another text is replaced.
+            own: how the texts begin that the command itself writes; files that begin so are replaced in any case.
 
         Raises:
             InputError: a file is an input, or is there and not to be overwritten, and then nothing is written; or a
@@ -127,7 +128,7 @@ class FileWriter:
         changed = {path: text.encode() for path, text in files.items() if not has_text(path, text)}
         self.refuse_clashes({str(path): path for path in changed})
         if not overwrite:
-            _refuse_existing(changed)
+            _refuse_existing(path for path in changed if own is None or not _begins_with(path, own))
         for path, content in changed.items():
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -245,6 +246,15 @@ def has_text(path: Path, text: str) -> bool:
     try:
         with open_input(path) as stream:
             return stream.read() == text.encode()
+    except (OSError, ValueError):
+        return False
+
+
+def _begins_with(path: Path, beginning: str) -> bool:
+    """Return whether the text of the file begins so."""
+    try:
+        with open_input(path) as stream:
+            return stream.read(len(beginning.encode())) == beginning.encode()
     except (OSError, ValueError):
         return False
 

@@ -215,3 +215,21 @@ def test_a_full_disk_leaves_no_new_store_that_is_empty(
         ran = scbm(*(argument.format(out=out, store=store, **inputs) for argument in arguments))
     assert (ran.code, "Traceback" in ran.err, "error[" in ran.err) == (2, False, True)
     assert list(out.iterdir()) == []
+
+
+def test_an_export_replaces_its_own_files_alone(
+    inputs: dict[str, Path], tmp_path: Path, scbm: Scbm, wording: Wording
+) -> None:
+    out = tmp_path / "pddl"
+    export = ("export", "pddl", inputs["model"], "--out", out, "--goal")
+    assert scbm(*export, "item_a_scanned").code == 0
+    exported = (out / "domain.pddl").read_text(encoding="utf-8")
+    (out / "domain.pddl").write_text(f"{exported.splitlines()[0]}\n(define (domain earlier))", encoding="utf-8")
+    assert scbm(*export, "item_a_delivered").code == 0
+    assert (out / "domain.pddl").read_text(encoding="utf-8") == exported
+    (out / "domain.pddl").write_text("(define (domain written-by-hand))", encoding="utf-8")
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    ran = scbm(*export, "item_a_gripped")
+    assert (ran.code, ran.out, diagnostic_heads(ran.err)) == (2, "", [f"{out / 'domain.pddl'}: error[bad-option]"])
+    wording(ran.err)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before

@@ -71,8 +71,9 @@ def test_a_goal_named_domain_does_not_replace_the_domain(scbm: Callable[..., Any
     ran = scbm("export", "pddl", model, "--out", tmp_path / "out")
     texts = {Path(line).name: Path(line).read_text(encoding="utf-8") for line in ran.out.splitlines()}
     assert list(texts) == ["domain.pddl", "domain-problem.pddl", "scanned.pddl"]
-    assert texts["domain.pddl"].startswith("(define (domain ")
-    assert texts["domain-problem.pddl"].startswith("(define (problem ")
+    second_lines = {name: text.splitlines()[1] for name, text in texts.items()}
+    assert second_lines["domain.pddl"].startswith("(define (domain ")
+    assert second_lines["domain-problem.pddl"].startswith("(define (problem ")
 
 
 def test_the_command_writes_a_domain_and_a_problem_for_each_goal(scbm: Callable[..., Any], tmp_path: Path) -> None:

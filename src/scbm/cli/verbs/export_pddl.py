@@ -12,6 +12,9 @@ from scbm.files import FileWriter, load_model
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.planning.pddl_export import PddlDomain
 
+_OWN = "; exported by scbm "
+"""The beginning of each file of an export; a later export replaces only files that begin so."""
+
 
 def command(
     model: Model,
@@ -23,6 +26,8 @@ def command(
     ),
 ) -> int:
     """Write the planning part of a model as PDDL: a domain, and a problem for each goal."""
+    writer = FileWriter(model=model)
+    writer.refuse_outputs({}, {"--out": [out]})
     loaded = load_model(model)
     goals = loaded.goals if goal is None else (read_goal(goal, loaded),)
     if not goals:
@@ -35,7 +40,8 @@ def command(
         known = name if loaded.goal(name) is not None else f"goal-{number}"
         file = "domain-problem" if known.lower() == "domain" else known  # no goal has a hyphen in its name
         texts[out / f"{file}.pddl"] = domain.problem(known, start, predicate)
-    FileWriter(model=model).write_all(texts, overwrite=True)
+    first_line = f"{_OWN}from the model {loaded.name}\n"
+    writer.write_all({path: first_line + text for path, text in texts.items()}, overwrite=False, own=_OWN)
     for path in texts:
         results().line(str(path))
     return 0
