@@ -24,7 +24,7 @@ from scbm.testing.verdicts import FailureKind
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
 
-    from scbm.cases import Case
+    from scbm.cases import Case, RecordedGoal
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel, Value
     from scbm.testing.mutants import Mutant, MutantUnderTest
@@ -136,10 +136,11 @@ def kill_matrix(name: str, group: str, model: BehaviorModel, counts: Counts) -> 
     runs = MutationRuns(tester, [*pool, *closed])
     passed = {case.name for case in runs.cases}
     from_pool = sum(case.name in passed for case in pool)
-    facts = _facts(runs.cases, tester)
+    originals = OriginalRuns(runs.cases, tester)
+    facts = _facts(originals, tester)
     known = tuple(mutants_of(model))
     drawn = sample(known, counts.mutants)
-    rows = [(mutant, mutant_row(runs, mutant, tester)) for mutant in drawn]
+    rows = [(mutant, mutant_row(runs, mutant, originals)) for mutant in drawn]
     equivalent = _equivalent([mutant for mutant, row in rows if not row.found[0]], model)
     kept = tuple(row for mutant, row in rows if mutant.name not in equivalent)
     return KillMatrix(
@@ -191,13 +192,38 @@ def sample(mutants: Sequence[Mutant], most: int) -> tuple[Mutant, ...]:
     return tuple(mutant for mutant in mutants if mutant.name in kept)
 
 
-def _facts(cases: Iterable[Case], tester: Tester) -> tuple[CaseFacts, ...]:
+class OriginalRuns:
+    """The runs of cases on the original, each run once, with which those on mutants are compared.
+
+    Attributes:
+        executions: the run of each case, in the order of the cases.
+    """
+
+    def __init__(self, cases: Iterable[Case], tester: Tester) -> None:
+        """Run the cases; `tester` is that of the original."""
+        self._tester = tester
+        self.executions = tuple(map(tester.execute, cases))
+        self._recorded = tuple(map(self.recorded, self.executions))
+
+    def recorded(self, run: Execution) -> tuple[RecordedGoal, ...]:
+        """Return what a recorded result would keep of a run, on the original or on a mutant."""
+        return goals_to_record(run.trace.records, self._tester.model, self._tester.obligations)
+
+    def differs(self, number: int, run: Execution) -> bool:
+        """Return whether the trace of a run differs from that of the case with this number on the original."""
+        return run.trace.records != self.executions[number].trace.records
+
+    def is_recorded_otherwise(self, number: int, run: Execution) -> bool:
+        """Return whether a recorded result of the case with this number on the original would differ from a run."""
+        return self.recorded(run) != self._recorded[number]
+
+
+def _facts(originals: OriginalRuns, tester: Tester) -> tuple[CaseFacts, ...]:
     operations = {operation.name: 1 << index for index, operation in enumerate(tester.model.operations)}
     measured = sum(tester.obligations.bit(each) for each in tester.obligations if each.aspect is not Aspect.QUEUED)
     events, states = _Pairs(), _Pairs()
     found = []
-    for case in cases:
-        run = tester.execute(case)
+    for run in originals.executions:
         completed = 0
         for record in run.trace.records:
             if isinstance(record, OperationStepped) and record.target is OperationState.COMPLETED:
@@ -233,32 +259,27 @@ def _states(records: Iterable[Record]) -> Iterator[tuple[Value, ...]]:
         yield tuple(state.values())
 
 
-def mutant_row(runs: MutationRuns, mutant: Mutant, tester: Tester) -> MutantRow:
-    """Return which of the cases of `runs` find a mutant; `tester` is that of the original."""
+def mutant_row(runs: MutationRuns, mutant: Mutant, originals: OriginalRuns) -> MutantRow:
+    """Return which of the cases of `runs` find a mutant; `originals` are the runs of the same cases."""
     under_test = runs.under_test(mutant)
     found = [0] * len(ORACLES)
     for number, case in enumerate(runs.cases):
         if under_test.may_differ(number, case):
-            for index, finds in enumerate(_oracles(under_test, case, tester)):
+            for index, finds in enumerate(_oracles(under_test, number, case, originals)):
                 found[index] |= finds << number
     return MutantRow(mutant.name, mutant.operator, tuple(found))
 
 
-def _oracles(under_test: MutantUnderTest, case: Case, tester: Tester) -> tuple[bool, ...]:
-    """Return which oracles find the mutant by one case."""
+def _oracles(under_test: MutantUnderTest, number: int, case: Case, originals: OriginalRuns) -> tuple[bool, ...]:
+    """Return which oracles find the mutant by the case with a number."""
     if under_test.missing(case) is not None:
         return (True,) * len(ORACLES)
     try:
         run = under_test.execute(case)
     except InputError:
         return (True,) * len(ORACLES)
-    original = tester.execute(case)
-    differs = run.trace.records != original.trace.records
     kinds = [failure.kind for failure in run.verdict.failures]
     required = any(kind is not FailureKind.BUILT_IN for kind in kinds)
-    recorded = bool(kinds) or _recorded(run, tester) != _recorded(original, tester)
+    differs = originals.differs(number, run)
+    recorded = bool(kinds) or (differs and originals.is_recorded_otherwise(number, run))
     return differs, required, bool(kinds), recorded
-
-
-def _recorded(run: Execution, tester: Tester) -> object:
-    return goals_to_record(run.trace.records, tester.model, tester.obligations)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "study")]
 
-from kill_matrix import ORACLES, mutant_row  # noqa: E402 - found by the path above
+from kill_matrix import ORACLES, OriginalRuns, mutant_row  # noqa: E402 - found by the path above
 
 from scbm.files import load_model, open_case  # noqa: E402 - likewise
 from scbm.testing import RandomCases, Tester  # noqa: E402 - likewise
@@ -82,7 +82,8 @@ def example_counts(path: Path, cases: int = CASES) -> ExampleCounts:
     runs = MutationRuns(tester, [*pool, *written])
     drawn = {case.name for case in pool}
     of_pool = sum(1 << number for number, case in enumerate(runs.cases) if case.name in drawn)
-    rows = [mutant_row(runs, mutant, tester).found for mutant in mutants_of(model)]
+    originals = OriginalRuns(runs.cases, tester)
+    rows = [mutant_row(runs, mutant, originals).found for mutant in mutants_of(model)]
     differing = [found for found in rows if found[ORACLES.index("each difference")] & of_pool]
     required, built_in, recorded = (sum(bool(found[index] & of_pool) for found in differing) for index in (1, 2, 3))
     by_written = sum(bool(found[ORACLES.index("recorded")] & ~of_pool) for found in differing)

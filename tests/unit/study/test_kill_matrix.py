@@ -1,0 +1,40 @@
+"""Which cases find which mutants, against runs of the original beside each run of a mutant."""
+
+from __future__ import annotations
+
+from kill_matrix import ORACLES, OriginalRuns, mutant_row
+from subjects import generated_model
+
+from scbm.testing import RandomCases, Tester
+from scbm.testing.mutants import MutationRuns, mutants_of
+from scbm.testing.recorded_results import goals_to_record
+from scbm.testing.verdicts import FailureKind
+
+CASES, EACH = 8, 9
+"""The number of cases, and one of so many mutants is tried."""
+
+
+def test_a_row_says_which_cases_find_a_mutant_by_each_oracle() -> None:
+    model = generated_model(2)
+    tester = Tester(model)
+    runs = MutationRuns(tester, RandomCases(model).first(CASES, seed=1))
+    originals = OriginalRuns(runs.cases, tester)
+    found_by_some = [0] * len(ORACLES)
+    # records of the start of a run have the states of all operations, so those of such mutants always differ
+    compared = [mutant for mutant in mutants_of(model) if not mutant.operator.startswith("operation-")]
+    for mutant in compared[::EACH]:
+        expected = [0] * len(ORACLES)
+        for number, case in enumerate(runs.cases):
+            original, run = tester.execute(case), Tester(mutant.model).execute(case)
+            recorded = [goals_to_record(each.trace.records, model, tester.obligations) for each in (original, run)]
+            kinds = [failure.kind for failure in run.verdict.failures]
+            by_oracle = (
+                run.trace.records != original.trace.records,
+                any(kind is not FailureKind.BUILT_IN for kind in kinds),
+                bool(kinds),
+                bool(kinds) or recorded[0] != recorded[1],
+            )
+            expected = [bits | finds << number for bits, finds in zip(expected, by_oracle, strict=True)]
+        assert list(mutant_row(runs, mutant, originals).found) == expected, mutant.name
+        found_by_some = [bits | more for bits, more in zip(found_by_some, expected, strict=True)]
+    assert all(found_by_some)
