@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from dataclasses import dataclass
 from hashlib import sha256
 from itertools import groupby, pairwise
@@ -190,6 +191,13 @@ def sample(mutants: Sequence[Mutant], most: int) -> tuple[Mutant, ...]:
                 drawn.append(group.pop())
     kept = {mutant.name for mutant in drawn}
     return tuple(mutant for mutant in mutants if mutant.name in kept)
+
+
+def operator_weights(model: BehaviorModel, most: int) -> dict[str, float]:
+    """Return for each operator how many mutants of a model there are for each one in its sample of at most `most`."""
+    known = tuple(mutants_of(model))
+    drawn = Counter(mutant.operator for mutant in sample(known, most))
+    return {name: count / drawn[name] for name, count in Counter(mutant.operator for mutant in known).items()}
 
 
 class OriginalRuns:

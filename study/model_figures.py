@@ -88,6 +88,8 @@ class ModelFigures:
         completed_generously: the same, where the random ones may pass the number of requests by one case.
         shares: for each of `ORACLES`, the share of what the pool shows that it notices.
         clean_up_shares: the same for mutants of `CLEAN_UP`.
+        weighted_shares: as `shares`, with each mutant weighted as its operator; without weights `None`.
+        clean_up_parts: the part of the mutants that are those of `CLEAN_UP`: as they were drawn, and weighted likewise.
         found: by the names of kinds of suites, the mean share of mutants that they find, for each of `SIZES`.
         closed: the share of mutants that the cases of closing find.
         matching_closed: the share that random suites with as many requests find, mean over suites.
@@ -105,6 +107,8 @@ class ModelFigures:
     completed_generously: float | None
     shares: tuple[float | None, ...]
     clean_up_shares: tuple[float | None, ...]
+    weighted_shares: tuple[float | None, ...]
+    clean_up_parts: tuple[float | None, float | None]
     found: Mapping[str, tuple[float | None, ...]]
     closed: float | None
     matching_closed: float | None
@@ -116,8 +120,17 @@ class ModelFigures:
         return mean(self.by_cases[SCBM_IAS])
 
 
-def model_figures(matrix: KillMatrix, suites: int, file_digest: str = "") -> ModelFigures:
-    """Return the figures of a model that stays in the study; `suites` is the number of suites of each size."""
+def model_figures(
+    matrix: KillMatrix, suites: int, file_digest: str = "", weights: Mapping[str, float] | None = None
+) -> ModelFigures:
+    """Return the figures of a model that stays in the study.
+
+    Args:
+        matrix: its kill matrix.
+        suites: the number of suites of each size.
+        file_digest: the SHA-256 of its file, if it has one.
+        weights: for each operator the number of mutants of the model for each one in the sample.
+    """
     model = _SuitesOfModel(matrix, suites)
     sized = [model.sized(size) for size in SIZES]
     by_cases = [each.drawn for each in sized]
@@ -135,6 +148,8 @@ def model_figures(matrix: KillMatrix, suites: int, file_digest: str = "") -> Mod
         completed_generously=mean([model.superiority(each.completed, each.generous) for each in sized]),
         shares=tuple(model.share(oracle) for oracle in range(len(ORACLES))),
         clean_up_shares=tuple(model.share(oracle, CLEAN_UP) for oracle in range(len(ORACLES))),
+        weighted_shares=tuple(model.weighted_share(oracle, weights) for oracle in range(len(ORACLES))),
+        clean_up_parts=(model.clean_up_part(), model.clean_up_part(weights) if weights else None),
         found={
             "random": model.mean_found(by_cases),
             "chosen": model.mean_found([each.chosen for each in sized]),
@@ -220,6 +235,20 @@ class _SuitesOfModel:
         rows = [n for n, row in enumerate(self._matrix.mutants) if operators is None or row.operator in operators]
         shown, noticed = (self._finds[index][rows][:, cases].any(axis=1) for index in (EACH, oracle))
         return float((shown & noticed).sum() / shown.sum()) if shown.any() else None
+
+    def weighted_share(self, oracle: int, weights: Mapping[str, float] | None) -> float | None:
+        """Return the same of all mutants, each with the weight of its operator; `None` without weights."""
+        if weights is None:
+            return None
+        cases = range(len(self._pool))
+        shown, noticed = (self._finds[index][:, cases].any(axis=1) for index in (EACH, oracle))
+        of_rows = np.array([weights[row.operator] for row in self._matrix.mutants])
+        return float(of_rows[shown & noticed].sum() / of_rows[shown].sum()) if shown.any() else None
+
+    def clean_up_part(self, weights: Mapping[str, float] | None = None) -> float:
+        """Return which part of the mutants is of `CLEAN_UP`, each with the weight of its operator, if there are any."""
+        of_rows = [(row.operator, 1.0 if weights is None else weights[row.operator]) for row in self._matrix.mutants]
+        return sum(weight for name, weight in of_rows if name in CLEAN_UP) / sum(weight for _, weight in of_rows)
 
     def counts(self, sized: Sequence[Sequence[Suite]]) -> SuiteCounts:
         """Return what the logistic model needs."""

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "study")]
 
 from effects import RESAMPLES  # noqa: E402 - found by the path above
-from kill_matrix import Counts, KillMatrix, digest_of, kill_matrix  # noqa: E402
+from kill_matrix import Counts, KillMatrix, digest_of, kill_matrix, operator_weights  # noqa: E402
 from matrix_files import path_of, read_matrix, write_matrix  # noqa: E402
 from model_figures import ModelFigures, model_figures  # noqa: E402
 from plots import write_plots  # noqa: E402
@@ -69,10 +69,10 @@ def _figures(name: str, counts: Counts, suites: int, out: Path) -> ModelFigures 
     matrix = _matrix(subject, model, counts, path_of(name, out))
     if matrix.left:
         return matrix
-    is_same = matrix.digest == digest_of(model)
-    if not is_same:
+    if matrix.digest != digest_of(model):
         print(f"{name}: the model has changed; remove its kill matrix to run it again", flush=True)
-    return model_figures(matrix, suites, subject.file_digest() if is_same else "")
+        return model_figures(matrix, suites)
+    return model_figures(matrix, suites, subject.file_digest(), operator_weights(model, counts.mutants))
 
 
 def _matrix(subject: Subject, model: BehaviorModel, counts: Counts, path: Path) -> KillMatrix:

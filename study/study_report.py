@@ -316,6 +316,31 @@ def _afterwards(results: StudyResults) -> Iterator[str]:
         for way, fixed in ((False, "cases"), (True, "requests")):
             medians = (results.over(tau_of(name, by_requests=way), results.group(g)) for g in GROUPS)
             yield from _row(f"{name}, fixed number of {fixed}", *medians)
+    yield ""
+    yield from _weighted(results)
+
+
+def _weighted(results: StudyResults) -> Iterator[str]:
+    drawn, weighted = (results.over(_clean_up_part(place)) for place in (0, 1))
+    yield from _paragraph(
+        "This was not in the protocol either. A sample has as many mutants of each operator, as far as a model has so "
+        "many. So operators with few mutants weigh more than they would among all mutants of the model. Those of "
+        f"clean-up and deadlines have a part of {drawn}. If each mutant counts as often as there are mutants of its "
+        f"operator for each one in the sample, their part is {weighted}. The shares of the oracles depend on this:"
+    )
+    yield ""
+    yield from _row("oracle", "share of all mutants, as drawn", "share, each mutant weighted")
+    yield _rule(3)
+    for index, name in enumerate(ORACLES):
+        yield from _row(name, results.over(share_of(index)), results.over(_weighted_share_of(index)))
+
+
+def _clean_up_part(place: int) -> Figure:
+    return lambda model: model.clean_up_parts[place]
+
+
+def _weighted_share_of(oracle: int) -> Figure:
+    return lambda model: model.weighted_shares[oracle]
 
 
 def _models(results: StudyResults) -> Iterator[str]:

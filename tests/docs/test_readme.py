@@ -11,7 +11,6 @@ import pytest
 
 from conftest import Ran
 
-REPORT = Path(__file__).parents[2] / "study" / "results" / "report.md"
 README = Path(__file__).parents[2] / "README.md"
 BEFORE = "examples/robot_in_the_air/before.yaml"
 
@@ -28,20 +27,3 @@ def test_the_figures_of_closing_are_those_of_the_command(scbm: Callable[..., Ran
     result = json.loads(scbm("close", BEFORE, "--json").out)
     reached = f"{result['after']['percent']:.2f}"
     assert (str(len(result["cases"])), reached) == match.groups()
-
-
-def test_the_figures_of_the_study_are_those_of_its_report() -> None:
-    text = re.sub(r"\s+", " ", README.read_text(encoding="utf-8"))
-    match = re.search(r"\*\*Is the criterion worth it\?\*\*.*?`python study/run.py`", text)
-    assert match
-    report = REPORT.read_text(encoding="utf-8")
-    tested, _, _ = report.partition("By how much")
-    taus = dict(
-        re.findall(r"^\| (SCBM-IAS|edges of runs, by events) \| ([\d.]+) \[.*?\], 93 models", tested, re.MULTILINE)
-    )
-    shares = dict(re.findall(r"^\| (requirements|built-ins|recorded) \| ([\d.]+) ", report, re.MULTILINE))
-    assert re.findall(r"τ ([\d.]+)|\(([\d.]+)\)", match[0]) == [
-        (taus["SCBM-IAS"], ""),
-        ("", taus["edges of runs, by events"]),
-    ]
-    assert re.findall(r"(\d+) %", match[0]) == [f"{float(share):.0%}".rstrip("%") for share in shares.values()]

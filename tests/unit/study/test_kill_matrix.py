@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from kill_matrix import ORACLES, OriginalRuns, mutant_row
+import pytest
+from kill_matrix import ORACLES, OriginalRuns, mutant_row, operator_weights, sample
 from subjects import generated_model
 
 from scbm.testing import RandomCases, Tester
@@ -38,3 +39,13 @@ def test_a_row_says_which_cases_find_a_mutant_by_each_oracle() -> None:
         assert list(mutant_row(runs, mutant, originals).found) == expected, mutant.name
         found_by_some = [bits | more for bits, more in zip(found_by_some, expected, strict=True)]
     assert all(found_by_some)
+
+
+def test_a_weight_says_how_many_mutants_of_its_operator_one_of_the_sample_stands_for() -> None:
+    model, most = generated_model(1), 60
+    known = list(mutants_of(model))
+    weights = operator_weights(model, most)
+    assert len(known) > most
+    assert sum(weights[mutant.operator] for mutant in sample(known, most)) == pytest.approx(len(known))
+    assert min(weights.values()) == 1
+    assert set(operator_weights(model, len(known)).values()) == {1}

@@ -76,6 +76,17 @@ def test_shares_are_of_what_the_pool_shows() -> None:
     assert model.closed == 1  # both closed cases together visit everything
 
 
+def test_weights_of_operators_change_the_shares_of_oracles() -> None:
+    kept = matrix(1)
+    shown = [row for row in kept.mutants if row.found[0] & ((1 << CASES) - 1)]
+    one, weighted = (model_figures(kept, 10, "", {"guard-drop": weight, "clean-up-drop": 1.0}) for weight in (1.0, 3.0))
+    assert one.weighted_shares == pytest.approx(one.shares)
+    assert weighted.shares == pytest.approx(one.shares)
+    assert weighted.weighted_shares[2] == pytest.approx(1 / (3 * (len(shown) - 1) + 1))
+    assert weighted.clean_up_parts == pytest.approx((1 / 17, 1 / (3 * 16 + 1)))
+    assert model_figures(kept, 10).weighted_shares == (None,) * 4
+
+
 def test_chosen_and_completed_suites_find_more() -> None:
     for model in MODELS:
         assert model.chosen is not None
