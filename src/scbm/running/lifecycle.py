@@ -21,7 +21,8 @@ order of the table, and the first that applies is one micro-step. Three things g
 
 A rule is data: two states, the part of the operation that it takes, its effect on the plan, and whether it needs the
 timer. Two readers walk the table. The runner walks it in time. The exploration of all runs (`closing.runs`) walks it
-without time: there a running timer may pass at any moment. The checker of certificates implements the same rules a
+without time: there a running timer may pass at any moment. Functions of this module answer questions about the table,
+such as in which states a part is tried (`states_trying`). The checker of certificates implements the same rules a
 second time on purpose, and imports nothing from here.
 """
 
@@ -29,11 +30,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, assert_never
 
-from scbm.model import OperationState
+from scbm.model import And, Constant, Equal, Member, OperationState, Reference, Truth
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scbm.model import Action, Operation, Predicate
     from scbm.running.program import CompiledStep, RunnableOperation
 
 
@@ -45,6 +50,11 @@ class OperationPart(Enum):
     FAILED = "the `failed` transition"
     TIMEDOUT = "the `timedout` actions, without a guard"
     NOTHING = "neither a guard nor actions"
+
+    @property
+    def key(self) -> str:
+        """The key of the part in a model file; `NOTHING` has none."""
+        return self.name.lower()
 
 
 class PlanEffect(Enum):
@@ -90,6 +100,48 @@ LIFECYCLE: tuple[LifecycleRule, ...] = (
     LifecycleRule(_S.FAILED, _P.NOTHING, _S.INITIAL, PlanEffect.REPLAN),
     LifecycleRule(_S.TIMEDOUT, _P.NOTHING, _S.INITIAL, PlanEffect.REPLAN),
 )
+
+
+def states_trying(part: OperationPart) -> tuple[OperationState, ...]:
+    """Return the states in which a part is tried, in the order of the table."""
+    return tuple(dict.fromkeys(rule.source for rule in LIFECYCLE if rule.part is part))
+
+
+def parts_by_end() -> dict[OperationState, OperationPart]:
+    """Return the last states of an operation that has executed, each with the part that it ends with."""
+    ends = (rule for rule in LIFECYCLE if rule.source is OperationState.EXECUTING)
+    return {rule.target: rule.part for rule in ends if rule.part is not OperationPart.NOTHING}
+
+
+def timer_moves() -> tuple[tuple[OperationState, OperationState], ...]:
+    """Return the states before and after each move that a timer makes, except the move that ends a run."""
+    timed = (rule for rule in LIFECYCLE if rule.needs_timer)
+    return tuple((rule.source, rule.target) for rule in timed if rule.plan is not PlanEffect.MODEL_ERROR)
+
+
+def is_current_in(operation: str, states: Iterable[OperationState]) -> And:
+    """Return the predicate that an operation is current and in one of some states."""
+    state, values = Reference(CURRENT_STATE), tuple(Constant(state.value) for state in states)
+    is_in = Member(state, values) if len(values) > 1 else Equal(state, values[0])
+    return And((Equal(Reference(CURRENT_NAME), Constant(operation)), is_in))
+
+
+def guard_and_actions(operation: Operation, part: OperationPart) -> tuple[Predicate, tuple[Action, ...]] | None:
+    """Return the guard and the actions of a part of an operation; `None` if the operation lacks the part."""
+    match part:
+        case OperationPart.PRE:
+            return operation.pre.running_guard, operation.pre.running_actions
+        case OperationPart.POST:
+            return operation.post.running_guard, operation.post.running_actions
+        case OperationPart.FAILED:
+            failed = operation.failed
+            return None if failed is None else (failed.running_guard, failed.running_actions)
+        case OperationPart.TIMEDOUT:
+            return None if operation.deadline_ns is None else (Truth(True), operation.timedout)
+        case OperationPart.NOTHING:
+            return Truth(True), ()
+        case _:
+            assert_never(part)
 
 
 def timer_ns(operation: RunnableOperation, state: OperationState) -> int | None:

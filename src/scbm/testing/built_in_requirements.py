@@ -28,6 +28,7 @@ from scbm.cases.trace import (
 from scbm.model import OperationState, Outcome, format_moment
 from scbm.model.requirements import BuiltIn
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, RequestState
+from scbm.running.lifecycle import parts_by_end
 from scbm.testing.request_moments import RequestMoment, find_moments
 from scbm.testing.request_protocol import RequestProtocol
 from scbm.testing.requirement_monitors import Violation
@@ -380,7 +381,8 @@ _ENDED = {
     OperationState.DISABLED: "was given up",
 }
 
-_PARTS = {OperationState.COMPLETED: "post", OperationState.FAILED: "failed", OperationState.TIMEDOUT: "timedout"}
+_PARTS = {state: part.key for state, part in parts_by_end().items()}
+"""The key of the part of an operation that ends it in each of its last states."""
 
 
 def _last_end(records: Sequence[Record], operation: str | None = None) -> _OperationEnd:

@@ -13,13 +13,14 @@ from scbm.model.normal_form import normal_form
 from scbm.model.satisfiability import satisfiable
 from scbm.model.sources import outside_values, replied
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, RequestState, Role, operation_state_name
+from scbm.running.lifecycle import OperationPart, states_trying
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from scbm.model import Action, BehaviorModel, Operation, Predicate, Resource, Transition, Value
 
-_AT_REST = (OperationState.INITIAL.value, OperationState.DISABLED.value)
+_AT_REST = tuple(state.value for state in states_trying(OperationPart.PRE))
 """The states of operations between the end of one operation and the start of the next one."""
 
 _GOING_ON = (PlanState.PLANNING.value, PlanState.EXECUTING.value)

@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from scbm.model import OperationState
-from scbm.running.lifecycle import LIFECYCLE, OperationPart, PlanEffect
+from scbm.running.lifecycle import (
+    LIFECYCLE,
+    OperationPart,
+    PlanEffect,
+    is_current_in,
+    parts_by_end,
+    states_trying,
+    timer_moves,
+)
 
 
 def test_every_state_has_rules_and_every_state_is_reached() -> None:
@@ -30,3 +38,24 @@ def test_only_completion_advances_the_plan() -> None:
 def test_only_states_with_a_timer_have_rules_that_need_it() -> None:
     timed = {rule.source for rule in LIFECYCLE if rule.needs_timer}
     assert timed == {OperationState.EXECUTING, OperationState.DISABLED}
+
+
+def test_a_precondition_is_tried_until_the_operation_executes() -> None:
+    assert states_trying(OperationPart.PRE) == (OperationState.INITIAL, OperationState.DISABLED)
+
+
+def test_an_operation_ends_with_a_part_that_has_a_key_in_the_model_file() -> None:
+    ends = {state.value: part.key for state, part in parts_by_end().items()}
+    assert ends == {"completed": "post", "failed": "failed", "timedout": "timedout"}
+
+
+def test_a_timer_ends_executing_and_disabled() -> None:
+    moves = [(before.value, after.value) for before, after in timer_moves()]
+    assert moves == [("disabled", "initial"), ("executing", "timedout")]
+
+
+def test_the_state_of_the_current_operation_as_a_predicate() -> None:
+    waits = is_current_in("drill", states_trying(OperationPart.PRE))
+    assert str(waits) == "current.name == drill && current.state in {initial, disabled}"
+    executes = is_current_in("drill", (OperationState.EXECUTING,))
+    assert str(executes) == "current.name == drill && current.state == executing"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from scbm.closing.advice.doubts import Doubt
 from scbm.model import Assign, Constant, OperationState, Slug
 from scbm.model.requirements import BuiltIn
+from scbm.running.lifecycle import guard_and_actions, parts_by_end
 from scbm.testing.request_protocol import RequestProtocol, clears, sets
 
 if TYPE_CHECKING:
@@ -17,12 +18,12 @@ if TYPE_CHECKING:
 
     from scbm.model import Action, BehaviorModel, Operation, Resource, Transition
 
-_ENDS = {
-    OperationState.COMPLETED: ("post", "completes"),
-    OperationState.FAILED: ("failed", "fails"),
-    OperationState.TIMEDOUT: ("timedout", "times out"),
+_VERBS = {
+    OperationState.COMPLETED: "completes",
+    OperationState.FAILED: "fails",
+    OperationState.TIMEDOUT: "times out",
 }
-"""The ends of an operation by its last state: the key in the model file, and the verb."""
+"""The verb for the end of an operation in each of its last states."""
 
 
 def doubts_about_requests(model: BehaviorModel) -> Iterator[Doubt]:
@@ -39,11 +40,11 @@ def doubts_about_requests(model: BehaviorModel) -> Iterator[Doubt]:
 
 
 def _doubts_about_ends(operation: Operation, resource: Resource, protocol: RequestProtocol) -> Iterator[Doubt]:
-    for state, (key, verb) in _ENDS.items():
-        actions = _actions_at(operation, state)
-        if actions is not None and _leaves(operation, resource, state, actions, protocol):
-            path = ("operations", operation.name, key)
-            yield _doubt(f"{operation.name} leaves {resource.trigger} true when it {verb}", path, resource, f"`{key}`")
+    for state, part in parts_by_end().items():
+        found = guard_and_actions(operation, part)
+        if found is not None and _leaves(operation, resource, state, found[1], protocol):
+            message = f"{operation.name} leaves {resource.trigger} true when it {_VERBS[state]}"
+            yield _doubt(message, ("operations", operation.name, part.key), resource, f"`{part.key}`")
 
 
 def _doubts_about_failures(transition: Transition, model: BehaviorModel, protocol: RequestProtocol) -> Iterator[Doubt]:
@@ -58,17 +59,6 @@ def _doubts_about_failures(transition: Transition, model: BehaviorModel, protoco
             if asks and _leaves(operation, resource, OperationState.FAILED, actions, protocol):
                 what = f"{transition.name} fails {operation.name} and leaves {resource.trigger} true"
                 yield _doubt(what, ("automatic_transitions", transition.name), resource, "its actions")
-
-
-def _actions_at(operation: Operation, state: OperationState) -> tuple[Action, ...] | None:
-    """Return the actions with which an operation ends in a state; `None` if it never does."""
-    match state:
-        case OperationState.COMPLETED:
-            return operation.post.running_actions
-        case OperationState.FAILED:
-            return None if operation.failed is None else operation.failed.running_actions
-        case _:
-            return None if operation.deadline_ns is None else operation.timedout
 
 
 def _leaves(

@@ -20,7 +20,6 @@ from scbm.model import (
     And,
     Constant,
     Equal,
-    Member,
     Not,
     OperationState,
     Reference,
@@ -30,6 +29,7 @@ from scbm.model import (
     format_value,
 )
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE
+from scbm.running.lifecycle import OperationPart, is_current_in, states_trying
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -126,7 +126,7 @@ class _Suggestions:
 
     def _is_instant(self, operation: Operation) -> bool:
         """Return whether an operation completes as soon as it executes: its postcondition always holds then."""
-        executes = And((_is(CURRENT_NAME, operation.name), _is_executing()))
+        executes = is_current_in(operation.name, (OperationState.EXECUTING,))
         waits = And((executes, Not(operation.post.running_guard)))
         return self._oracles.can_hold(executes) and not self._oracles.can_hold(waits)
 
@@ -154,7 +154,8 @@ class _Suggestions:
         targets = [action.target for action in operation.pre.running_actions]
         for resource in self._model.resources:
             if resource.trigger in targets:
-                guard = And((_is(resource.request_state, RequestState.FAILED.value), _is_executing()))
+                executes = _is(CURRENT_STATE, OperationState.EXECUTING.value)
+                guard = And((_is(resource.request_state, RequestState.FAILED.value), executes))
                 actions = (
                     f"{CURRENT_STATE} <- {OperationState.FAILED.value}, "
                     f"{resource.request_state} <- {RequestState.INITIAL.value}, {resource.trigger} <- false"
@@ -170,9 +171,7 @@ class _Suggestions:
             return
         follows = (Aspect.EXECUTING, Aspect.FAILED, Aspect.TIMEDOUT, Aspect.COMPLETED)
         about = tuple(obligation for obligation in self._open(operation) if obligation.aspect in follows)
-        states = (OperationState.INITIAL, OperationState.DISABLED)
-        waits = Member(Reference(CURRENT_STATE), tuple(Constant(state.value) for state in states))
-        when = And((_is(CURRENT_NAME, operation.name), waits))
+        when = is_current_in(operation.name, states_trying(OperationPart.PRE))
         what = f"the precondition of {operation.name}"
         yield from self._guard(about, what, operation.pre, when, f"when {operation.name} is current")
 
@@ -214,7 +213,7 @@ class _Suggestions:
 
     def _never_ends(self, operation: Operation) -> Iterator[Suggestion]:
         name = operation.name
-        when = And((_is(CURRENT_NAME, name), _is_executing()))
+        when = is_current_in(name, (OperationState.EXECUTING,))
         if self._misses(operation, Aspect.COMPLETED):
             about = (Obligation(name, Aspect.COMPLETED),)
             what = f"the postcondition of {name}"
@@ -330,10 +329,6 @@ def _automatic(name: str) -> str:
 
 def _is(name: str, value: Value) -> Predicate:
     return Equal(Reference(name), Constant(value))
-
-
-def _is_executing() -> Predicate:
-    return _is(CURRENT_STATE, OperationState.EXECUTING.value)
 
 
 def _drawn(start: State) -> str:

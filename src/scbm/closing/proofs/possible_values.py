@@ -8,7 +8,7 @@ table of the runner; time, plans and the order of steps are left out.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.closing.proofs.blame import blame, contradicting, contradiction
@@ -20,7 +20,6 @@ from scbm.model import (
     Assign,
     Constant,
     Equal,
-    Member,
     NotEqual,
     OperationState,
     Or,
@@ -40,7 +39,7 @@ from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_na
 from scbm.planning.engines import Move, MovePart, TransitionSystem
 from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
 from scbm.planning.engines.joint_moves import joint_moves
-from scbm.running.lifecycle import LIFECYCLE, OperationPart
+from scbm.running.lifecycle import LIFECYCLE, OperationPart, guard_and_actions, is_current_in, states_trying
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -127,36 +126,16 @@ def _operation_rules(operation: Operation) -> Iterator[_ValueRule]:
     """Yield the rows of the lifecycle table for an operation, whether a plan has it or not (semantics 5.5)."""
     yield _ValueRule(Truth(True), (_assign(CURRENT_NAME, operation.name),))
     for row in LIFECYCLE:
-        part = _part(operation, row.part)
+        part = guard_and_actions(operation, row.part)
         if part is not None:
             guard, actions = part
             where = _is_current_in(operation.name, row.source)
             yield _ValueRule(And((where, guard)), (*_becomes(operation.name, row.target), *actions))
 
 
-def _part(operation: Operation, part: OperationPart) -> tuple[Predicate, tuple[Action, ...]] | None:
-    """Return the guard and the actions of a part; `None` if the operation does not have it."""
-    match part:
-        case OperationPart.PRE:
-            return operation.pre.running_guard, operation.pre.running_actions
-        case OperationPart.POST:
-            return operation.post.running_guard, operation.post.running_actions
-        case OperationPart.FAILED:
-            failed = operation.failed
-            return None if failed is None else (failed.running_guard, failed.running_actions)
-        case OperationPart.TIMEDOUT:
-            return None if operation.deadline_ns is None else (Truth(True), operation.timedout)
-        case OperationPart.NOTHING:
-            return Truth(True), ()
-        case _:
-            assert_never(part)
-
-
 def _is_current_in(operation: str, state: OperationState) -> Predicate:
     """Return the condition that an operation is current and in a state."""
-    if state is OperationState.EXECUTING:
-        return _executes(operation)
-    return And((_is(CURRENT_NAME, operation), _is(CURRENT_STATE, state.value)))
+    return _executes(operation) if state is OperationState.EXECUTING else is_current_in(operation, (state,))
 
 
 def _automatic_rules(transition: Transition, model: BehaviorModel) -> Iterator[_ValueRule]:
@@ -198,20 +177,14 @@ def _request_rules(resource: Resource, model: BehaviorModel) -> Iterator[_ValueR
 
 def _waits(operation: Operation) -> Predicate:
     """Return the condition that the operation is current and its precondition is evaluated."""
-    states = (OperationState.INITIAL, OperationState.DISABLED)
-    waiting = Member(Reference(CURRENT_STATE), tuple(Constant(state.value) for state in states))
-    return And((_is(CURRENT_NAME, operation.name), waiting))
+    return is_current_in(operation.name, states_trying(OperationPart.PRE))
 
 
 def _executes(operation: str) -> Predicate:
-    executing = OperationState.EXECUTING.value
-    return And(
-        (
-            _is(CURRENT_NAME, operation),
-            _is(CURRENT_STATE, executing),
-            _is(operation_state_name(operation), executing),
-        )
-    )
+    """Return the condition that an operation is current and executes, also by its own state."""
+    executing = OperationState.EXECUTING
+    is_current = is_current_in(operation, (executing,)).operands
+    return And((*is_current, _is(operation_state_name(operation), executing.value)))
 
 
 def _becomes(operation: str, state: OperationState) -> tuple[Action, ...]:

@@ -19,11 +19,9 @@ from scbm.closing.proofs.possible_values import possible_values, ruled_out
 from scbm.closing.runs.all_runs import AllRuns, RunScope
 from scbm.files import digest_of
 from scbm.model import (
-    And,
     Constant,
     Equal,
     GoalOrder,
-    Member,
     Not,
     OperationState,
     PlanSet,
@@ -33,10 +31,11 @@ from scbm.model import (
 )
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import outside_groups
-from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
+from scbm.model.variables import CURRENT_STATE, operation_state_name
 from scbm.planning import planner_of
 from scbm.planning.engines import may_leave
 from scbm.proofcheck import Certificate, Fact, GoalRuns, RunsArgument, Situation, StructureArgument, ValuesArgument
+from scbm.running.lifecycle import OperationPart, is_current_in, states_trying
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -192,22 +191,17 @@ def _reason(obligation: Obligation, runs: AllRuns) -> str:
 def _reason_of_current(obligation: Obligation, runs: AllRuns) -> str:
     """Return the sentence about an operation that becomes current, and then does not do something."""
     name, operation = obligation.subject, runs.model.operation(obligation.subject)
-    is_current = Equal(Reference(CURRENT_NAME), Constant(name))
     if not runs.visited & runs.visits.bit(name, Aspect.EXECUTING):
-        waits = Member(Reference(CURRENT_STATE), tuple(Constant(state.value) for state in _BEFORE_EXECUTING))
-        pre = operation.pre
-        why = _why((pre.g, pre.gr), runs, And((is_current, waits)), "its precondition", " when it is current")
+        pre, waits = operation.pre, is_current_in(name, states_trying(OperationPart.PRE))
+        why = _why((pre.g, pre.gr), runs, waits, "its precondition", " when it is current")
         return f"{name} never executes{why}"
-    executes = And((is_current, Equal(Reference(CURRENT_STATE), Constant(OperationState.EXECUTING.value))))
+    executes = is_current_in(name, (OperationState.EXECUTING,))
     if obligation.aspect is Aspect.COMPLETED:
         why = _why((operation.post.g, operation.post.gr), runs, executes, "its postcondition", " while it executes")
         return f"{name} executes, but it never completes{why}"
     if obligation.aspect is Aspect.FAILED:
         return f"{name} executes, but it never fails{_why_not_failed(operation, runs, executes)}"
     return f"{name} executes, but it never times out: nothing can happen before it ends"
-
-
-_BEFORE_EXECUTING = (OperationState.INITIAL, OperationState.DISABLED)
 
 
 def _why(guards: Sequence[Predicate], runs: AllRuns, when: Predicate, what: str, where: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from scbm.cases.trace import End
 from scbm.closing.runs.run_steps import RunSteps
 from scbm.model import OperationState
-from scbm.running.lifecycle import PlanEffect
+from scbm.running.lifecycle import PlanEffect, parts_by_end
 from scbm.running.micro_steps import RequestSending, RunTurn
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class RunNote(NamedTuple):
     state: int = 0
 
 
-_ENDED = (OperationState.COMPLETED, OperationState.FAILED, OperationState.TIMEDOUT)
+_ENDED = tuple(parts_by_end())
 
 
 class NotedSteps(RunSteps):

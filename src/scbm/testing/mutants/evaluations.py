@@ -19,7 +19,7 @@ from scbm.cases.trace import (
     RunEnded,
     RunStarted,
 )
-from scbm.model import OperationState
+from scbm.running.lifecycle import timer_moves
 from scbm.testing.request_moments import find_moments
 from scbm.testing.request_protocol import RequestProtocol
 
@@ -27,11 +27,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.cases.trace import Changes, Record
-    from scbm.model import Predicate
+    from scbm.model import OperationState, Predicate
     from scbm.running.program import Program
     from scbm.testing.tester import Execution
 
-TIMED = (OperationState.EXECUTING, OperationState.DISABLED)
+_EXPIRES = timer_moves()
+"""The steps of an operation that its timer makes."""
+
+TIMED = tuple(before for before, _ in _EXPIRES)
 """The states of an operation that can have a deadline."""
 
 
@@ -165,10 +168,3 @@ class _RunFollower:
         if is_over:
             states = self._runs.expired_in.setdefault((operation, state), {})
             states[before] = states.get(before, 0) | self._bit
-
-
-_EXPIRES = (
-    (OperationState.EXECUTING, OperationState.TIMEDOUT),
-    (OperationState.DISABLED, OperationState.INITIAL),
-)
-"""The steps of an operation that its timer makes."""
