@@ -22,6 +22,21 @@ MAX_PACKAGES = 13
 MAX_MODULES = 20
 """In one folder, `__init__.py` included."""
 
+CLOCK_READERS = (
+    "nodes",
+    "cli",
+    "store/store_writer.py",
+    "closing/current_date.py",
+    "running/search_guard.py",
+    "testing/batches",
+)
+"""Packages and modules that may read a clock; CONTRIBUTING.md lists them, too."""
+
+CLOCK_MODULES = frozenset({"time", "sched", "timeit"})
+CLOCK_CLASSES = frozenset({"datetime", "date"})
+CLOCK_METHODS = frozenset({"now", "today", "utcnow"})
+"""Methods of `datetime` and `date` that read a clock; other uses of these classes only convert."""
+
 HOUSE_WORDS = re.compile(
     r"\b(rooms?|strangers?|desks?|bench|ledgers?|seats?|whoever|nobody|somebody|for ever|told of|"
     r"what is looked at|comes? to the head)\b",
@@ -48,6 +63,23 @@ def repeated(names: Iterable[str]) -> list[str]:
 def class_names(path: Path) -> Iterator[str]:
     """Yield the names of all classes of a module, nested ones too, without underscores in front."""
     yield from re.findall(r"^ *class _*(\w+)[(:\[]", path.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def reads_clock(path: Path) -> bool:
+    """Return whether a module imports one of time, or calls a method that returns the present moment or date."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Import(names=names):
+                imported = [alias.name for alias in names]
+            case ast.ImportFrom(module=str(module), level=0):
+                imported = [module]
+            case ast.Attribute(value=ast.Name(name) | ast.Attribute(attr=name), attr=method) if name in CLOCK_CLASSES:
+                imported = ["time"] if method in CLOCK_METHODS else []
+            case _:
+                continue
+        if CLOCK_MODULES & set(imported):
+            return True
+    return False
 
 
 def texts() -> dict[str, Path]:
@@ -93,6 +125,20 @@ def test_a_module_name_is_used_once() -> None:
 
 def test_a_class_name_is_used_once() -> None:
     assert repeated(name for path in MODULES for name in class_names(path)) == []
+
+
+def test_few_modules_read_a_clock() -> None:
+    readers = [path.relative_to(SOURCE).as_posix() for path in MODULES if reads_clock(path)]
+    may_read = {reader: [name for name in CLOCK_READERS if f"{reader}/".startswith(f"{name}/")] for reader in readers}
+    assert [reader for reader, allowed in may_read.items() if not allowed] == []
+    assert {name for allowed in may_read.values() for name in allowed} == set(CLOCK_READERS), "these read none any more"
+
+
+def test_the_rules_name_the_modules_that_read_a_clock() -> None:
+    rules = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = re.search(r"Only ([^.]*(?:\.py[^.]*)*) read a clock", rules)
+    assert named is not None
+    assert re.findall(r"`([^`]*)`", named[1]) == list(CLOCK_READERS)
 
 
 def test_texts_have_no_house_words(request: pytest.FixtureRequest) -> None:
