@@ -392,6 +392,13 @@ def test_a_parameter_whose_actions_have_a_resource_already_is_an_error() -> None
     ]
 
 
+def test_a_misspelt_type_of_a_resource_is_suggested() -> None:
+    texts = PddlText("domain.pddl", PLACES), PddlText("problem.pddl", "")
+    with pytest.raises(InputError) as raised:
+        imported_model(robot_task(), *texts, PddlImportOptions(("at",), ("robbot",)))
+    assert [each.remedy for each in raised.value.diagnostics] == ["did you mean `robot`?"]
+
+
 @pytest.mark.slow
 def test_durations_become_latencies() -> None:
     texts = PddlText("domain.pddl", MOVING), PddlText("problem.pddl", TWO_ROOMS)

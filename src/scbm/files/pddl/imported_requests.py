@@ -110,7 +110,7 @@ class ImportedRequests:
             word = text.lower().lstrip("?")
             uses, before = 0, dict[str, None]()
             for action in self._task.actions:
-                known |= dict.fromkeys(name for name, _ in action.parameters)
+                known |= dict.fromkeys(word for parameter in action.parameters for word in parameter)
                 for name, kind in action.parameters:
                     if word not in (name, kind):
                         continue
@@ -118,7 +118,7 @@ class ImportedRequests:
                     before[found.setdefault(action.name, (name, word))[1]] = None
             if not uses:
                 message = f"no action has a parameter `{word}`"
-                remedy = suggestion(word, list(known), "parameters")
+                remedy = suggestion(word, list(known), "parameters and types")
                 self.errors[Diagnostic(Slug.BAD_OPTION, message, Place("--resource"), remedy)] = None
             elif word not in before:
                 given = " and ".join(f"`--resource {each}`" for each in before)
