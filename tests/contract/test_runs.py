@@ -18,7 +18,7 @@ from scbm.files import read_case, read_network
 from scbm.model import BehaviorModel
 from scbm.nodes import Bus
 from scbm.nodes.buses.loopback import LoopbackHub
-from scbm.nodes.log.event_log import read_event_log, replay, write_event_log
+from scbm.nodes.event_log import read_event_log, replay, write_event_log
 from scbm.running import Program
 from scbm.testing import Execution, RandomCases, Tester
 from support.loops import run

@@ -24,7 +24,7 @@ from scbm.files import digest_of, load_model
 from scbm.model import MessageType
 from scbm.nodes.buses.dds.message_types import message_class
 from scbm.nodes.buses.dds.raw_samples import delete
-from scbm.nodes.log.event_log import open_event_log, replay
+from scbm.nodes.event_log import open_event_log, replay
 from scbm.running import Program
 from support.domains import LOOPBACK
 from support.loops import GUARD_S

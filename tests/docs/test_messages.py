@@ -12,7 +12,7 @@ import pytest
 from scbm.cases.trace import read_trace
 from scbm.files import load_model
 from scbm.model import ScbmError, Slug
-from scbm.nodes.log.event_log import open_event_log, write_event_log
+from scbm.nodes.event_log import open_event_log, write_event_log
 from scbm.store import read_history
 from scbm.testing import RandomCases
 from support.capturing import captured

@@ -7,7 +7,7 @@ from fractions import Fraction
 from scbm.cases import Case
 from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, trace_digest
 from scbm.model import BehaviorModel
-from scbm.nodes.log.event_log import EventLog, LogStep
+from scbm.nodes.event_log import EventLog, LogStep
 from scbm.planning import PlanLimits
 from scbm.running import Effect, Event, GoalGiven, InjectionGiven, Runner, RunnerOptions
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from scbm.cases import Case
 from scbm.model import BehaviorModel
-from scbm.nodes.log.event_log import EventLog, rerun, write_event_log
+from scbm.nodes.event_log import EventLog, rerun, write_event_log
 from scbm.running import Program
 from scbm.store import History, StoredRun, digest_of, key_of
 from scbm.store.history import packed_log

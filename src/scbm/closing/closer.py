@@ -21,11 +21,10 @@ from scbm.cases import Case, Expectations
 from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
 from scbm.cases.trace import End, ends_of, ranges_of_goals
 from scbm.closing.advice.goal_search import GoalSearch
-from scbm.closing.advice.other_plans import suggest_other_plans
+from scbm.closing.advice.other_plans import suggest_other_plans, with_first
 from scbm.closing.advice.suggestions import Oracles, TriedVisits, in_order_of, suggest
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
 from scbm.closing.proofs.proofs import Proofs, explored_for_proofs, scope_of_proofs
-from scbm.closing.reordered_operations import with_first
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import (

@@ -117,7 +117,7 @@ class Replays:
 
     def _of_log(self, stored: StoredCase) -> Execution | None:
         """The run of a log, if that is still the run that it was."""
-        from scbm.nodes.log.event_log import read_event_log, rerun  # noqa: PLC0415 - it takes long to load; few stores need it
+        from scbm.nodes.event_log import read_event_log, rerun  # noqa: PLC0415 - it takes long to load; few stores need it
 
         try:
             log = read_event_log(unpacked_log(stored.log or b""), self._model, self._digest)

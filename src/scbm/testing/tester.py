@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, EnvironmentChange, Reaction, RecordedGoal
     from scbm.cases.trace import Record, RunSpans, Sentence
     from scbm.model import BehaviorModel, PlannerIdentity, Predicate, Value
-    from scbm.nodes.log.event_log import EventLog
+    from scbm.nodes.event_log import EventLog
     from scbm.planning import Answer, PlanLimits, Planner, PlanSource
     from scbm.running import RunnerOptions
     from scbm.running.program import Program

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from scbm.files import digest_of, load_model, read_case
-from scbm.nodes.log.event_log import open_event_log
+from scbm.nodes.event_log import open_event_log
 from scbm.store import Replays, read_history
 from support.two_robots import two_robots_text
 

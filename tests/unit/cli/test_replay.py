@@ -14,7 +14,7 @@ from scbm.cases import Expectations, OutcomeRule
 from scbm.cases.trace import End, read_trace
 from scbm.files import digest_of, load_model, write_case
 from scbm.model import Outcome
-from scbm.nodes.log.event_log import EventLog, write_event_log
+from scbm.nodes.event_log import EventLog, write_event_log
 from scbm.testing import RandomCases
 from support.capturing import captured
 from support.profiles import share

@@ -14,7 +14,7 @@ import pytest
 from scbm.cases import Case
 from scbm.files import digest_of, load_model, read_model
 from scbm.nodes import NodeRun
-from scbm.nodes.log.event_log import open_event_log, rerun
+from scbm.nodes.event_log import open_event_log, rerun
 from scbm.running import Program
 from scbm.store import Replays, read_history, write_store
 from scbm.testing import RandomCases

@@ -19,7 +19,7 @@ from scbm.cases.trace import (
     ResourceChanged,
 )
 from scbm.model import OperationState, Outcome
-from scbm.nodes.log.event_json import NETWORK, Note
+from scbm.nodes.event_json import NETWORK, Note
 from scbm.nodes.node_messages import Answering, Become, Fate, React, RestartResource
 from scbm.nodes.roles.director import Director
 from scbm.running import CancelRequest, ChangeResource, SendRequest

@@ -11,7 +11,7 @@ import pytest
 from scbm.cases import Injection
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged
 from scbm.model import BehaviorModel
-from scbm.nodes.log.event_json import NETWORK, Note
+from scbm.nodes.event_json import NETWORK, Note
 from scbm.nodes.roles.wall_clock import Clock, Driver
 from scbm.running import (
     AskPlan,

@@ -16,8 +16,8 @@ from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunStarted
 from scbm.files import read_network
 from scbm.model import FIRST_PLANNER, BehaviorModel, InputError, Outcome, PlannerIdentity, Slug, State
-from scbm.nodes.log.event_json import Note, event_json, reaction_json, read_event, read_note, read_reaction
-from scbm.nodes.log.event_log import EventLog, LogStep, open_event_log, read_event_log, replay, rerun, write_event_log
+from scbm.nodes.event_json import Note, event_json, reaction_json, read_event, read_note, read_reaction
+from scbm.nodes.event_log import EventLog, LogStep, open_event_log, read_event_log, replay, rerun, write_event_log
 from scbm.planning import PlanLimits
 from scbm.running import (
     Event,

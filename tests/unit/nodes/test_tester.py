@@ -16,8 +16,8 @@ from scbm.files import digest_of, read_case, write_case
 from scbm.model import Outcome
 from scbm.nodes import Lack, LostError, NodeRun, NotBegunError, NotReadyError, Reason, TesterNode, new_status
 from scbm.nodes.buses.bus import BusError, Received
-from scbm.nodes.log.event_json import event_json
-from scbm.nodes.log.event_log import replay
+from scbm.nodes.event_json import event_json
+from scbm.nodes.event_log import replay
 from scbm.nodes.node_messages import (
     Abandon,
     Answering,

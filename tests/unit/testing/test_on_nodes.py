@@ -9,7 +9,7 @@ from scbm.cases import Case
 from scbm.cases.trace import End, PlanAsked, PlanReceived
 from scbm.files import read_case
 from scbm.nodes import LostError, NodeRun
-from scbm.nodes.log.event_log import EventLog
+from scbm.nodes.event_log import EventLog
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Choices, Simulator
 from scbm.testing import FailureKind, Tester

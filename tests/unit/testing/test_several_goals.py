@@ -16,7 +16,7 @@ from scbm.cases.trace import End, RunEnded, RunStarted, ends_of, ranges_of_goals
 from scbm.files import digest_of, parse_predicate, read_case, read_model, write_case
 from scbm.files.language.scope import Scope, Where
 from scbm.model import BehaviorModel, Outcome, Predicate
-from scbm.nodes.log.event_log import read_event_log, rerun, write_event_log
+from scbm.nodes.event_log import read_event_log, rerun, write_event_log
 from scbm.reports.run.mcap_trace import write_mcap
 from scbm.reports.run.perfetto import write_perfetto
 from scbm.reports.terminal.timeline import timeline

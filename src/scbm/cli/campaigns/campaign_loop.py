@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from scbm.cli.campaigns.store_keeper import Keeper, Since
     from scbm.cli.campaigns.suite import Suite
-    from scbm.nodes.log.event_log import EventLog
+    from scbm.nodes.event_log import EventLog
     from scbm.testing import CaseResult, Execution
     from scbm.testing.batches.campaign_runs import CampaignStep
     from scbm.testing.mutants import AssertionEvidence

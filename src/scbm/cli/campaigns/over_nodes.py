@@ -21,7 +21,7 @@ from scbm.files import FileWriter, digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
-from scbm.nodes.log.event_log import write_event_log
+from scbm.nodes.event_log import write_event_log
 from scbm.reports import counted
 from scbm.testing import Answers
 from scbm.testing.cases_over_nodes import NodeTester
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.cli.options.node_options import NodeOptions
     from scbm.nodes import Reason
-    from scbm.nodes.log.event_log import EventLog
+    from scbm.nodes.event_log import EventLog
     from scbm.nodes.roles.session import Cell
     from scbm.testing import Execution, Tester
 

@@ -1,4 +1,4 @@
-"""Suggestions for what canonical plans alone exclude: other shortest plans that have the operations.
+"""Suggestions for what canonical plans alone exclude: other shortest plans, by another order (decision 46).
 
 Which of several shortest plans is canonical depends on the order of the operations in the file (semantics 4.2). A model
 with drawn plans gets all of them (semantics 4.4).
@@ -6,21 +6,22 @@ with drawn plans gets all of them (semantics 4.4).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.coverage import Aspect
 from scbm.closing.advice.suggestions import TriedVisits, forced_states_clause
 from scbm.closing.decisions import Suggestion, SuggestionKind
-from scbm.closing.reordered_operations import with_first
 from scbm.closing.summaries import plan_in_words
 from scbm.model import PlanSet
-from scbm.planning import PlanLimits, Planner, Solved
+from scbm.planning import PlanLimits, Planner, Solved, model_with_plans
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel
+
 
 _MAX_EXPANSIONS = 20_000
 """Maximum number of states that are expanded for one goal: a suggestion is no reason to wait."""
@@ -83,3 +84,17 @@ def _plans(model: BehaviorModel) -> Iterator[_PlanOfGoal]:
         answer = planner.plan(model.nominal_state, goal, PlanLimits(expansions=_MAX_EXPANSIONS))
         if isinstance(answer, Solved):
             yield _PlanOfGoal(name, answer.plan)
+
+
+def with_first(model: BehaviorModel, wanted: Mapping[str, int]) -> BehaviorModel:
+    """Return the model with its operations in another order, and with canonical plans.
+
+    The order of operations decides between plans of equal length and nothing else, so a canonical plan of the returned
+    model is a shortest plan of `model`.
+
+    Args:
+        model: the model.
+        wanted: weights by the names of operations; the greatest comes first, and equal ones keep their order.
+    """
+    operations = sorted(model.operations, key=lambda operation: -wanted.get(operation.name, 0))
+    return model_with_plans(PlanSet.CANONICAL, replace(model, operations=tuple(operations)))

@@ -3,6 +3,11 @@
 Livelocks are cycles of automatic transitions. Runs are not explored here (`scbm close` does that). Each planning state
 is taken at rest, and with each of its operations executing and the requests of that operation executing, succeeded and
 failed.
+
+Plans alone do not reach every state of a run: a failure, a timeout, an automatic transition or a measured value can
+enable an operation. The moves of `recovery_system` are these, and the start and the completion of each operation. They
+leave out conditions on requests, on the states of operations and on changes from outside, so that more moves are
+possible than in runs, never fewer.
 """
 
 from __future__ import annotations
@@ -12,20 +17,43 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from scbm.closing.advice.doubts import Doubt, Unfinished
-from scbm.closing.advice.recovery import recovery_system
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
-from scbm.model import InitialStates, OperationState, PlanState, RequestState, Slug, State, format_value
-from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE, operation_state_name
+from scbm.model import (
+    And,
+    Assign,
+    Constant,
+    Equal,
+    InitialStates,
+    OperationState,
+    PlanState,
+    Reference,
+    RequestState,
+    Slug,
+    State,
+    conjunction,
+    format_value,
+)
+from scbm.model.predicates import TRUE
+from scbm.model.sources import moved, outside_values, published_by
+from scbm.model.variables import (
+    CURRENT_NAME,
+    CURRENT_STATE,
+    NO_OPERATION,
+    PLAN_STATE,
+    VariableSource,
+    operation_state_name,
+)
 from scbm.planning import LimitReached, NoPlanFound, PlanLimits, Planner, Reach, Task, Unsolvable, explore
-from scbm.planning.engines import may_leave
+from scbm.planning.engines import Move, MovePart, TransitionSystem, may_leave
 from scbm.running import Program
 from scbm.running.lifecycle import OperationPart
 from scbm.running.micro_steps import describe_cycle, find_cycle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.model import BehaviorModel, Predicate, Transition
+    from scbm.model import Action, BehaviorModel, Operation, Predicate, Transition
+
 
 _MAX_COMBINATIONS = 20_000
 """Maximum number of combinations of random values that are enumerated for initial states."""
@@ -320,3 +348,79 @@ def _where(program: Program, state: int, cycle: tuple[str, ...]) -> str:
     transitions = [t for t in program.model.automatic_transitions if t.name in cycle]
     read = dict.fromkeys(name for transition in transitions for name in transition.running_guard.reads())
     return ", ".join(f"{name} == {values[name]}".replace("True", "true").replace("False", "false") for name in read)
+
+
+def recovery_system(model: BehaviorModel) -> TransitionSystem:
+    """Return what plans and recovery can do; the first moves start the operations, in their order."""
+    weakening = _Weakening(model)
+    moves = [weakening.start(operation) for operation in model.operations]
+    for operation in model.operations:
+        moves += weakening.ends(operation)
+    for transition in model.automatic_transitions:
+        moves.append(weakening.move(transition.name, transition.running_guard, transition.running_actions))
+    moves += weakening.free_values()
+    return TransitionSystem(model.running_space, tuple(moves))
+
+
+def _changed_from_outside(model: BehaviorModel) -> Iterator[str]:
+    """Yield the variables that change from outside by declaration.
+
+    One that nothing assigns counts as an input elsewhere. Here it does not: the model may lack what assigns it.
+    """
+    undeclared = [variable.name for variable in model.variables if variable.source is not VariableSource.INPUT]
+    by_others = [*moved(model), *(name for resource in model.resources for name in published_by(resource, model))]
+    yield from (name for name in outside_values(model) if name not in undeclared or name in by_others)
+
+
+class _Weakening:
+    """Makes moves from the transitions of a model; a move is possible wherever its transition is."""
+
+    def __init__(self, model: BehaviorModel) -> None:
+        self._model = model
+        requests = [resource.request_state for resource in model.resources]
+        runner = [v.name for v in model.running_space if v.role.is_runner and v.name != CURRENT_NAME]
+        self._left_out = dict.fromkeys((*requests, *runner, *_changed_from_outside(model)))
+
+    def start(self, operation: Operation) -> Move:
+        """Return the start of an operation."""
+        guard = conjunction([Equal(Reference(CURRENT_NAME), Constant(NO_OPERATION)), operation.pre.g])
+        starting = (*operation.pre.running_actions, Assign(CURRENT_NAME, Constant(operation.name)))
+        return self.move(operation.name, guard, starting)
+
+    def ends(self, operation: Operation) -> Iterator[Move]:
+        """Yield the completion, the timeout and the failure of an operation, and its end without actions.
+
+        An automatic transition can fail it, and a run can abort it; then none of its own actions are taken.
+        """
+        ends = [(operation.post.running_guard, operation.post.running_actions), (TRUE, operation.timedout), (TRUE, ())]
+        if operation.failed is not None:
+            ends.append((operation.failed.running_guard, operation.failed.running_actions))
+        is_current = Equal(Reference(CURRENT_NAME), Constant(operation.name))
+        for guard, actions in ends:
+            ending = (*actions, Assign(CURRENT_NAME, Constant(NO_OPERATION)))
+            yield self.move(f"{operation.name} ends", conjunction([is_current, guard]), ending)
+
+    def free_values(self) -> Iterator[Move]:
+        """Yield moves that give any of their values to variables whose changes nothing here describes.
+
+        These are measured variables, and those that copy a left-out one.
+        """
+        measured = [name for resource in self._model.resources for name in resource.measures]
+        copies = [action.target for action in self._model.actions if self._reads_left_out(action)]
+        for name in dict.fromkeys((*measured, *copies)):
+            for value in self._model.running_space[name].domain.values:
+                yield self.move(f"{name} changes", TRUE, [Assign(name, Constant(value))])
+
+    def move(self, name: str, guard: Predicate, actions: Iterable[Action]) -> Move:
+        """Return a move without conditions on left-out variables, and without actions that set or read them."""
+        kept = [action for action in actions if action.target not in self._left_out]
+        return Move(name, (MovePart(self._weakened(guard), tuple(a for a in kept if not self._reads_left_out(a))),))
+
+    def _weakened(self, guard: Predicate) -> Predicate:
+        """Return a guard that holds wherever `guard` holds: without conjuncts that read left-out variables."""
+        if isinstance(guard, And):
+            return conjunction(map(self._weakened, guard.operands))
+        return TRUE if any(name in self._left_out for name in guard.reads()) else guard
+
+    def _reads_left_out(self, action: Action) -> bool:
+        return any(name in self._left_out for name in action.reads())

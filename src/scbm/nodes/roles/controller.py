@@ -19,12 +19,12 @@ from scbm.cases.trace import InjectionApplied, ResourceChanged, Trace, trace_dig
 from scbm.files import read_case
 from scbm.model import InputError, PlanSet
 from scbm.nodes.buses.bus import BusError
+from scbm.nodes.event_json import NETWORK, event_json, read_note
+from scbm.nodes.event_log import read_options
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
 from scbm.nodes.links.link import Correlation
 from scbm.nodes.links.measured_topics import Refusals
 from scbm.nodes.links.topic_link import TopicLink, id_text
-from scbm.nodes.log.event_json import NETWORK, event_json, read_note
-from scbm.nodes.log.event_log import read_options
 from scbm.nodes.node_messages import (
     Abandon,
     Ended,
@@ -73,8 +73,8 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record
     from scbm.model import Resource, Value
     from scbm.nodes.buses.bus import Bus, Received
+    from scbm.nodes.event_json import Note
     from scbm.nodes.links.link import Link, Measurement, Reply
-    from scbm.nodes.log.event_json import Note
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import AskPlan, CancelRequest, Event, RunFinished, SendRequest
 

@@ -21,7 +21,7 @@ from scbm.cases.trace import (
     spans_of,
 )
 from scbm.model import OperationState, Outcome
-from scbm.nodes.log.event_json import NETWORK
+from scbm.nodes.event_json import NETWORK
 from scbm.nodes.node_messages import Become, Fate, React, RestartResource
 from scbm.running import CancelRequest, ChangeResource, SendRequest
 from scbm.running.simulation import MessageKind
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scbm.cases import Delivery
     from scbm.cases.trace import Record
     from scbm.model import Resource
-    from scbm.nodes.log.event_json import Note
+    from scbm.nodes.event_json import Note
     from scbm.nodes.node_messages import Answering
     from scbm.running import Effect
     from scbm.running.simulation import Choices

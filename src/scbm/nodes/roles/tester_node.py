@@ -10,8 +10,8 @@ from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, ends
 from scbm.files import write_case
 from scbm.model import PlannerIdentity
 from scbm.nodes.buses.bus import BusError
-from scbm.nodes.log.event_json import event_json, read_event
-from scbm.nodes.log.event_log import EventLog, LogStep
+from scbm.nodes.event_json import event_json, read_event
+from scbm.nodes.event_log import EventLog, LogStep
 from scbm.nodes.node_messages import (
     VERSION,
     Abandon,
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
     from scbm.nodes.buses.bus import Received
-    from scbm.nodes.log.event_json import Note
+    from scbm.nodes.event_json import Note
     from scbm.nodes.node_messages import Become, Fate, Message, React, RestartResource
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import Effect, Event, RunnerOptions

@@ -20,7 +20,7 @@ from scbm.running import AskPlan, CancelRequest, RunFinished, SendRequest, TimeP
 
 if TYPE_CHECKING:
     from scbm.cases.trace import Record
-    from scbm.nodes.log.event_json import Note
+    from scbm.nodes.event_json import Note
     from scbm.running import Event, Runner
 
 

@@ -19,7 +19,7 @@ from scbm.cases.trace import End, ends_of
 from scbm.files import open_input, read_case, write_case
 from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
-from scbm.nodes.log.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
+from scbm.nodes.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
 from scbm.running import Runner, RunnerOptions, records_of
 from scbm.running.simulation import Simulated
 

@@ -1,1 +1,0 @@
-"""Event logs: everything that a real run was given, written and replayed."""
