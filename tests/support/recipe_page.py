@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from support.layout_rules import source_texts
 from support.shared_models import clear_models
 
 ROOT = Path(__file__).parents[2]
@@ -65,6 +66,21 @@ def read_recipe(title: str) -> Recipe:
             files[head["file"]] = text
     assert modules, f"`{title}` shows no code"
     return Recipe(tuple(modules), files, tuple(commands))
+
+
+def titles_with_code() -> list[str]:
+    """Return the titles of the sections that show code for the package."""
+    sections = re.split(r"^## ", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return [section.partition("\n")[0] for section in sections if "\n# src/" in section]
+
+
+def source_after(recipe: Recipe) -> dict[str, str]:
+    """Return the text of each module, by its path from `src/scbm`, after a recipe has been followed."""
+    texts = dict(source_texts())
+    for name, sample in recipe.modules:
+        path = f"{name.removeprefix('scbm.').replace('.', '/')}.py"
+        texts[path] = texts.get(path, "") + sample
+    return texts
 
 
 @contextmanager

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import ast
 import re
-from collections import Counter
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 from token import NAME
 from tokenize import tokenize
 
 import pytest
 
+from support.layout_rules import SOURCE, full_folders, repeated_classes, repeated_modules, source_texts
+
 ROOT = Path(__file__).parents[2]
-SOURCE = ROOT / "src" / "scbm"
 MODULES = sorted(SOURCE.rglob("*.py"))
-NAMED = [path for path in MODULES if path.parent != SOURCE]
-"""Modules of packages; those beside them are deprecated names."""
 
 MAX_PACKAGES = 13
-MAX_MODULES = 20
-"""In one folder, `__init__.py` included."""
 
 CLOCK_READERS = (
     "nodes",
@@ -53,16 +48,6 @@ WITH_HOUSE_WORDS = Path(__file__).with_name("with_house_words.txt")
 
 def packages() -> list[str]:
     return sorted(path.parent.name for path in SOURCE.glob("*/__init__.py"))
-
-
-def repeated(names: Iterable[str]) -> list[str]:
-    """Return the names that occur more than once."""
-    return sorted(name for name, count in Counter(names).items() if count > 1)
-
-
-def class_names(path: Path) -> Iterator[str]:
-    """Yield the names of all classes of a module, nested ones too, without underscores in front."""
-    yield from re.findall(r"^ *class _*(\w+)[(:\[]", path.read_text(encoding="utf-8"), re.MULTILINE)
 
 
 def reads_clock(path: Path) -> bool:
@@ -115,16 +100,15 @@ def test_there_are_few_packages() -> None:
 
 
 def test_no_folder_has_many_modules() -> None:
-    sizes = Counter(path.parent.relative_to(SOURCE).as_posix() for path in MODULES)
-    assert {folder: size for folder, size in sizes.items() if size > MAX_MODULES} == {}
+    assert full_folders(source_texts()) == {}
 
 
 def test_a_module_name_is_used_once() -> None:
-    assert repeated(path.stem for path in NAMED if not path.stem.startswith("__")) == []
+    assert repeated_modules(source_texts()) == []
 
 
 def test_a_class_name_is_used_once() -> None:
-    assert repeated(name for path in MODULES for name in class_names(path)) == []
+    assert repeated_classes(source_texts()) == []
 
 
 def test_few_modules_read_a_clock() -> None:
