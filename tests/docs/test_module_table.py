@@ -60,3 +60,9 @@ def test_every_module_has_a_summary(path: Path) -> None:
 @pytest.mark.parametrize("name", PATHS)
 def test_every_path_that_the_architecture_names_exists(name: str) -> None:
     assert (SOURCE / name).exists()
+
+
+def test_the_architecture_names_each_module_that_follows_plans() -> None:
+    (row,) = (line for line in ARCHITECTURE.read_text(encoding="utf-8").splitlines() if "(`next_in_plan`)" in line)
+    calls = [path for path in sorted(SOURCE.rglob("*.py")) if "next_in_plan(" in path.read_text(encoding="utf-8")]
+    assert sorted(re.findall(r"`([a-z_/]+\.py)`", row)) == [path.relative_to(SOURCE).as_posix() for path in calls]

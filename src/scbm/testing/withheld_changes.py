@@ -10,15 +10,23 @@ from __future__ import annotations
 from enum import Enum
 from functools import cached_property
 from itertools import islice, product
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, assert_never
 
 from scbm.cases.trace import End
 from scbm.model import PlanState
 from scbm.model.sources import outside_groups
 from scbm.planning import PlanCache, Planner, Solved, Unsolvable
+from scbm.planning.engines.transition_system import influencing
 from scbm.running import Program
 from scbm.running.lifecycle import OperationMove, PlanEffect
-from scbm.running.micro_steps import AutomaticMove, RequestCancelling, RequestSending, RunTurn
+from scbm.running.micro_steps import (
+    AutomaticMove,
+    PlanStep,
+    RequestCancelling,
+    RequestSending,
+    RunTurn,
+    next_in_plan,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -42,6 +50,14 @@ class OutsideHelp(Enum):
 
     LEADS_TO_GOAL = "with changes from outside the run can reach its goal, and without them it cannot"
     NONE = "changes from outside make no difference"
+    UNKNOWN = "the search was too long"
+
+
+class _Reached(Enum):
+    """The answer of one search for the goal."""
+
+    YES = "the goal can be reached"
+    NO = "the goal cannot be reached"
     UNKNOWN = "the search was too long"
 
 
@@ -101,15 +117,21 @@ class WithheldChanges:
 
     def _searched(self, start: _ExcusedRun, goal: Predicate) -> OutsideHelp:
         for changes in (False, True):
-            reached = self._reaches(start, goal, changes=changes)
-            if reached is None:
-                return OutsideHelp.UNKNOWN
-            if reached:
-                return OutsideHelp.LEADS_TO_GOAL if changes else OutsideHelp.NONE
+            match self._search(start, goal, changes=changes):
+                case _Reached.UNKNOWN:
+                    return OutsideHelp.UNKNOWN
+                case _Reached.YES:
+                    return OutsideHelp.LEADS_TO_GOAL if changes else OutsideHelp.NONE
+                case _Reached.NO:
+                    pass
         return OutsideHelp.NONE
 
-    def _reaches(self, start: _ExcusedRun, goal: Predicate, *, changes: bool) -> bool | None:
-        """Return whether the goal can be reached, depth first; `None` if the search is too long."""
+    def _search(self, start: _ExcusedRun, goal: Predicate, *, changes: bool) -> _Reached:
+        """Return whether the goal can be reached, with or without changes from outside.
+
+        The newest situation comes first: one run to the goal is enough, and this order finds it among fewer situations
+        than breadth first, so fewer searches meet the limit.
+        """
         steps, mask = self._program.micro_steps(goal), self._relevant(goal)
         seen, pending = {start: None}, [start]
         while pending:
@@ -117,10 +139,11 @@ class WithheldChanges:
             lines = tuple(self._program.requests[number] for number in situation.in_flight)
             step = steps.first(situation.state, lines, timer_passed=False)
             if step is RunTurn.REACH_GOAL:
-                return True
-            following = self._following(situation, step, goal)
+                return _Reached.YES
+            may_change = changes or len(situation.in_flight) > len(situation.missing)
+            following = self._following(situation, step, goal, may_change=may_change)
             if following is None:
-                return None
+                return _Reached.UNKNOWN
             waits = not following
             if waits and step in (None, RunTurn.FOLLOW_PLAN):
                 following = [*(self._changed(situation) if changes else ()), *self._waited(situation, lines, steps)]
@@ -130,10 +153,12 @@ class WithheldChanges:
                     seen[after] = None
                     pending.append(after)
             if len(seen) > _MOST_SITUATIONS:
-                return None
-        return False
+                return _Reached.UNKNOWN
+        return _Reached.NO
 
-    def _following(self, situation: _ExcusedRun, step: MicroStep | None, goal: Predicate) -> list[_ExcusedRun] | None:
+    def _following(
+        self, situation: _ExcusedRun, step: MicroStep | None, goal: Predicate, *, may_change: bool
+    ) -> list[_ExcusedRun] | None:
         """Return the successors without waiting, one situation or none; `None` if the limits of planning hide it."""
         match step:
             case AutomaticMove():
@@ -146,9 +171,11 @@ class WithheldChanges:
             case OperationMove():
                 return self._moved(situation, step)
             case RunTurn.FOLLOW_PLAN:
-                return self._planned(situation, goal)
-            case _:
+                return self._follow_plan(situation, goal, may_change=may_change)
+            case RunTurn.ABORT | RunTurn.REACH_GOAL | None:
                 return []
+            case _:
+                assert_never(step)
 
     @staticmethod
     def _moved(situation: _ExcusedRun, move: OperationMove) -> list[_ExcusedRun]:
@@ -157,18 +184,30 @@ class WithheldChanges:
         queue = () if move.rule.plan is PlanEffect.REPLAN else situation.queue
         return [situation._replace(state=move.after, queue=queue)]
 
-    def _planned(self, situation: _ExcusedRun, goal: Predicate) -> list[_ExcusedRun] | None:
-        """Return the situation after the next operation of the plan became current; none if there is no plan."""
-        queue = situation.queue
-        if not queue:
-            answer = self._plans.plan(self._program.packing.values(situation.state), goal)
-            if not isinstance(answer, Solved):
-                return [] if isinstance(answer, Unsolvable) else None
-            queue = answer.plan
-        if not queue:
-            return []
-        keep, bits = self._program.operations[queue[0]].take_current
-        return [situation._replace(state=situation.state & keep | bits, queue=queue[1:])]
+    def _follow_plan(self, situation: _ExcusedRun, goal: Predicate, *, may_change: bool) -> list[_ExcusedRun] | None:
+        """Return the situation after the next operation of the plan became current; none if there is no plan.
+
+        A plan is answered at once. `None` if the limits of planning hide the answer.
+        """
+        queue, is_unsolvable = situation.queue, False
+        while True:
+            following = next_in_plan(
+                is_queued=bool(queue), is_asking=False, is_unsolvable=is_unsolvable, may_change=may_change
+            )
+            match following:
+                case PlanStep.TAKE_NEXT:
+                    keep, bits = self._program.operations[queue[0]].take_current
+                    return [situation._replace(state=situation.state & keep | bits, queue=queue[1:])]
+                case PlanStep.REQUEST_PLAN:
+                    answer = self._plans.plan(self._program.packing.values(situation.state), goal)
+                    if not isinstance(answer, Solved | Unsolvable):
+                        return None
+                    queue = answer.plan if isinstance(answer, Solved) else ()
+                    is_unsolvable = not queue
+                case PlanStep.AWAIT_ANSWER | PlanStep.AWAIT_CHANGE | PlanStep.END_UNSOLVABLE:
+                    return []
+                case _:
+                    assert_never(following)
 
     def _waited(self, situation: _ExcusedRun, lines: Sequence[RequestLine], steps: MicroSteps) -> Iterator[_ExcusedRun]:
         """Yield what time brings: the deadline of the current operation, or a successful reply."""
@@ -224,16 +263,9 @@ class WithheldChanges:
             names |= dict.fromkeys(transition.running_guard.reads())
         for _, goal in model.goals:
             names |= dict.fromkeys(goal.reads())
+        changes = [(tuple(action.target for action in each.actions), each.guard.reads()) for each in model.environment]
         actions = [*model.actions, *(action for each in model.environment for action in each.actions)]
-        known = -1
-        while known < len(names):
-            known = len(names)
-            for each in model.environment:
-                if any(action.target in names for action in each.actions):
-                    names |= dict.fromkeys(each.guard.reads())
-            for action in actions:
-                if action.target in names:
-                    names |= dict.fromkeys(action.reads())
+        names = influencing(names, [*changes, *(((action.target,), action.reads()) for action in actions)])
         return sum(packing[name].mask for name in names)
 
     @cached_property

@@ -6,13 +6,13 @@ Relevant variables decide what is possible: states that differ only in other var
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model import Action, Add, Assign, Constant, Reference, StateSpace
 from scbm.model.predicates import TRUE, bounds
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from scbm.model import Predicate, Value
 
@@ -77,21 +77,34 @@ class Region:
         return Region({variable.name: variable.domain.values for variable in space})
 
 
+Influence: TypeAlias = "tuple[tuple[str, ...], tuple[str, ...]]"
+"""Variables that something changes, and the variables that it reads."""
+
+
+def influencing(names: Iterable[str], influences: Sequence[Influence]) -> dict[str, None]:
+    """Return the variables `names` and all that can influence them: the least set closed under `influences`."""
+    found = dict.fromkeys(names)
+    known = -1
+    while known < len(found):
+        known = len(found)
+        for changed, read in influences:
+            if not found.keys().isdisjoint(changed):
+                found.update(dict.fromkeys(read))
+    return found
+
+
 def relevant(system: TransitionSystem, observed: Iterable[str] = ()) -> StateSpace:
     """Return the relevant variables, in order: the least set that is closed under these rules.
 
     Relevant are the variables `observed`, those that a guard reads, those whose actions may leave a domain, and those
-    that
-    an action of another relevant variable reads.
+    that an action of another relevant variable reads.
     """
     parts = [part for move in system.moves for part in move.parts]
     actions = [action for part in parts for action in part.actions]
-    found = dict.fromkeys([*observed, *(name for part in parts for name in part.guard.reads())])
-    found.update((action.target, None) for action in actions if may_leave(action, system.space))
-    known = 0
-    while known < len(found):
-        known = len(found)
-        found.update((name, None) for action in actions if action.target in found for name in action.reads())
+    read = [name for part in parts for name in part.guard.reads()]
+    leaving = [action.target for action in actions if may_leave(action, system.space)]
+    influences = [((action.target,), action.reads()) for action in actions]
+    found = influencing([*observed, *read, *leaving], influences)
     return StateSpace(variable for variable in system.space if variable.name in found)
 
 
