@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from scbm.closing.runs.situations import PlanningTooLargeError
 from scbm.planning import Solved, Unsolvable
+from scbm.planning.engines.breadth_first import BreadthFirst
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -128,18 +129,21 @@ class QueuesByDistance:
             self._following[queue] = tuple(self._find_following(self._states[queue])) if queue else ()
         return self._following[queue]
 
-    def planned(self, queue: int) -> Iterator[int]:
-        """Yield the operations of the plans that no earlier call has yielded for the same states."""
-        todo = [queue]
-        while todo:
-            here = todo.pop()
+    def planned(self, queue: int) -> Iterable[int]:
+        """Return the operations of the plans that no earlier call has returned for the same states, each once."""
+        found: dict[int, None] = {}
+
+        def rests(here: int) -> Iterator[FollowingOperation]:
             if here in self._planned_from:
-                continue
+                return
             self._planned_from[here] = None
             for operation, rest in self.following(here):
                 if rest:
-                    yield operation
-                    todo.append(rest)
+                    found[operation] = None
+                    yield operation, rest
+
+        BreadthFirst((queue,), rests).expand_all()
+        return found
 
     def content(self, queue: int) -> Queue:
         """Return the values of the state."""

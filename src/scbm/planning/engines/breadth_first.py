@@ -10,6 +10,7 @@ known states are closed: the successors of a known state are known, unless it is
 no distance, and it explores only states that are not known yet.
 
 Two engines explore whole sets of states at once, and each has a loop of its own: the dense and the array engine.
+Decision 31 lists all searches that do not use this loop, with the reasons.
 """
 
 from __future__ import annotations
