@@ -53,8 +53,8 @@ class OutsideHelp(Enum):
     UNKNOWN = "the search was too long"
 
 
-class _Reached(Enum):
-    """The answer of one search for the goal."""
+class _SearchEnd(Enum):
+    """How one search for the goal ended."""
 
     YES = "the goal can be reached"
     NO = "the goal cannot be reached"
@@ -118,15 +118,15 @@ class WithheldChanges:
     def _searched(self, start: _ExcusedRun, goal: Predicate) -> OutsideHelp:
         for changes in (False, True):
             match self._search(start, goal, changes=changes):
-                case _Reached.UNKNOWN:
+                case _SearchEnd.UNKNOWN:
                     return OutsideHelp.UNKNOWN
-                case _Reached.YES:
+                case _SearchEnd.YES:
                     return OutsideHelp.LEADS_TO_GOAL if changes else OutsideHelp.NONE
-                case _Reached.NO:
+                case _SearchEnd.NO:
                     pass
         return OutsideHelp.NONE
 
-    def _search(self, start: _ExcusedRun, goal: Predicate, *, changes: bool) -> _Reached:
+    def _search(self, start: _ExcusedRun, goal: Predicate, *, changes: bool) -> _SearchEnd:
         """Return whether the goal can be reached, with or without changes from outside.
 
         The newest situation comes first: one run to the goal is enough, and this order finds it among fewer situations
@@ -139,11 +139,11 @@ class WithheldChanges:
             lines = tuple(self._program.requests[number] for number in situation.in_flight)
             step = steps.first(situation.state, lines, timer_passed=False)
             if step is RunTurn.REACH_GOAL:
-                return _Reached.YES
+                return _SearchEnd.YES
             may_change = changes or len(situation.in_flight) > len(situation.missing)
             following = self._following(situation, step, goal, may_change=may_change)
             if following is None:
-                return _Reached.UNKNOWN
+                return _SearchEnd.UNKNOWN
             waits = not following
             if waits and step in (None, RunTurn.FOLLOW_PLAN):
                 following = [*(self._changed(situation) if changes else ()), *self._waited(situation, lines, steps)]
@@ -153,8 +153,8 @@ class WithheldChanges:
                     seen[after] = None
                     pending.append(after)
             if len(seen) > _MOST_SITUATIONS:
-                return _Reached.UNKNOWN
-        return _Reached.NO
+                return _SearchEnd.UNKNOWN
+        return _SearchEnd.NO
 
     def _following(
         self, situation: _ExcusedRun, step: MicroStep | None, goal: Predicate, *, may_change: bool
