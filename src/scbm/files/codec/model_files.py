@@ -15,7 +15,7 @@ from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
-from scbm.files.expansion.lifted_digest import read_object_lists
+from scbm.files.expansion.lifted_digest import object_names, read_object_lists
 from scbm.files.expansion.stages import expand, expand_parts
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
@@ -166,7 +166,7 @@ def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     places = Places(document, source, report)
     _refuse_too_many(document, places)
     check_shape(document, report, ModelKeys, MODEL_OWNERS)
-    reader = ValueReader(report, Scope({}))
+    reader = ValueReader(report, Scope({}, objects=object_names(lifted)))
     model = ModelKeys(document, reader).model()
     report.raise_any()
     if not reader.is_whole:

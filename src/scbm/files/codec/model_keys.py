@@ -307,7 +307,7 @@ class ModelKeys(Keys):
     def model(self) -> BehaviorModel:
         """Return the model; valid only if no error is noted."""
         variables = {entry.name: entry.value.variable(entry.name) for entry in self._named(self.variables)}
-        self.reader.scope = Scope(self._all_names(variables), self._misses_names())
+        self.reader.scope = Scope(self._all_names(variables), self._misses_names(), objects=self.reader.scope.objects)
         self._refuse_ambiguous_symbols()
         resources = [entry.value.resource(entry.name) for entry in self._named(self.resources)]
         self._refuse_odd_requests()

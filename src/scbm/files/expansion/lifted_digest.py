@@ -55,6 +55,13 @@ def read_object_lists(document: YamlNode) -> ObjectLists | None:
     return ObjectLists(_digest(declared), listed, parents, tabled, tuple(_entries(document)))
 
 
+def object_names(document: YamlNode) -> frozenset[str]:
+    """Return the names of all objects of a model file, which may have errors."""
+    types = document.get("types")
+    nodes = types.items.values() if types is not None else ()
+    return frozenset(name for node in nodes for name in _objects(node) if name)
+
+
 def _entries(document: YamlNode) -> Iterator[tuple[str, str]]:
     """Yield the section and the name of each operation and automatic transition with parameters."""
     for section in ("operations", "automatic_transitions"):

@@ -33,6 +33,7 @@ class LiftedNames:
         plain: the names without one: variables, those of resources and of the runner.
         symbols: the values of domains that list them; a name with an index may be one of them.
         limit: counts the instances of quantifiers.
+        is_whole: whether all declarations could be read; if not, an unknown name may be that of a variable.
     """
 
     facts: StaticFacts = field(default_factory=StaticFacts)
@@ -40,6 +41,12 @@ class LiftedNames:
     plain: frozenset[str] = frozenset()
     symbols: frozenset[str] = frozenset()
     limit: WorkLimit = field(default_factory=WorkLimit)
+    is_whole: bool = True
+
+    @property
+    def plain_in_order(self) -> list[str]:
+        """The names without an index, sorted."""
+        return sorted(self.plain)
 
     def has_index(self, text: str) -> bool:
         """Return whether a text begins with a name that has an index, and with that index."""
@@ -161,6 +168,48 @@ class LiftedScope:
         remedy = suggestion(word, known, "parameters and objects here are")
         note(Slug.UNKNOWN_OBJECT, f"there is no parameter or object `{word}`", begin, end, remedy)
 
+    @property
+    def terms(self) -> list[str]:
+        """The parameters in scope, and all objects."""
+        return [*self.parameters, *self.names.facts.places]
+
+    def refuse_unlike_term(self, term: ObjectTerm, token: LiftedToken, note: NoteFault) -> None:
+        """Note what is compared with a parameter or an object, and is neither itself."""
+        kind = self._kind_of(term)
+        if token.text in self.names.plain or token.text in self.names.indexed:
+            message = f"`{token.text}` is a variable, and here stands a parameter or an object"
+            note(Slug.UNKNOWN_OBJECT, message, token.begin, token.end, f"write `{token.text} == {term.name}`")
+        elif token.is_name and token.text not in ("true", "false"):
+            self._refuse_unknown_object(token, kind, term.name, note)
+        else:
+            message = f"{self._described(term)}, and `{token.text}` is no object"
+            remedy = suggestion(token.text, self.names.facts.objects(kind), "its objects are")
+            note(Slug.DIFFERENT_KINDS, message, token.begin, token.end, remedy)
+
+    def _refuse_unknown_object(self, token: LiftedToken, kind: str, other: str, note: NoteFault) -> None:
+        """Note a word that is compared with `other`, and is no parameter or object of its type."""
+        facts = self.names.facts
+        objects = facts.objects(kind)
+        alike = [name for name, own in self.parameters.items() if not self._is_disjoint(own, objects)]
+        known = [name for name in (*alike, *objects) if name != other]
+        remedy = suggestion(token.text, known, f"parameters and objects of the type `{kind}` are")
+        message = f"there is no parameter or object `{token.text}`" if facts.is_whole else ""
+        note(Slug.UNKNOWN_OBJECT, message, token.begin, token.end, remedy)
+
+    def refuse_order(self, term: ObjectTerm, token: LiftedToken, note: NoteFault) -> None:
+        """Note a parameter or an object that is compared by `<` and the like."""
+        message = f"{self._described(term)}, and only integers are more or less than others"
+        remedy = "compare objects with `==` or `!=`, or with a table that has their order"
+        note(Slug.ORDER_NEEDS_INTEGERS, message, token.begin, token.end, remedy)
+
+    def refuse_bare(self, term: ObjectTerm, token: LiftedToken, note: NoteFault) -> None:
+        """Note a parameter or an object that stands where a condition is needed."""
+        what = "a parameter" if term.is_parameter else "an object"
+        objects = [name for name in self.names.facts.objects(self._kind_of(term)) if name != term.name]
+        remedy = f"compare it: `{term.name} == {objects[0] if objects else term.name}`"
+        message = f"`{term.name}` is {what}, and a condition is needed here"
+        note(Slug.NOT_A_PREDICATE, message, token.begin, token.end, remedy)
+
     def refuse_unlike(self, left: ObjectTerm, right: ObjectTerm, span: tuple[int, int], note: NoteFault) -> None:
         """Note two terms that are compared and can never be the same object."""
         objects = self._objects(left)
@@ -189,11 +238,14 @@ class LiftedScope:
         return bool(objects) and bool(others) and self.names.facts.is_whole and set(objects).isdisjoint(others)
 
     def _described(self, term: ObjectTerm) -> str:
+        return f"`{term.name}` is a `{self._kind_of(term)}`"
+
+    def _kind_of(self, term: ObjectTerm) -> str:
+        """Return the type of a parameter, or the smallest type of an object."""
         if term.is_parameter:
-            return f"`{term.name}` is a `{self.kinds[term.name]}`"
+            return self.kinds[term.name]
         types = self.names.facts.types
-        kind = min((kind for kind, objects in types.items() if term.name in objects), key=lambda kind: len(types[kind]))
-        return f"`{term.name}` is a `{kind}`"
+        return min((kind for kind, objects in types.items() if term.name in objects), key=lambda kind: len(types[kind]))
 
     def refuse_missing_index(self, indexed: IndexedName, begin: int, end: int, note: NoteFault) -> None:
         """Note a name that needs an index and has none."""

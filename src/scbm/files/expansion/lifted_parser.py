@@ -36,7 +36,7 @@ from scbm.files.expansion.formulas import (
 from scbm.files.expansion.lifted_tokens import LiftedToken, phrase_at, tokens_of
 from scbm.files.expansion.static_facts import QUANTIFIERS
 from scbm.files.language.grammar import keywords
-from scbm.files.spelling import suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.model import FORMS, Slug
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ _RELATIONS = ("==", "!=", "<", "<=", ">", ">=")
 _CONNECTIVES = ("&&", "||", "->")
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 _EXAMPLE = "write for example `{} r in robot. (robot_at[r] == dock)`"
+_EXAMPLE_OF_COUNT = "write for example `count r in robot. (robot_at[r] == dock) <= 1`"
 
 MAX_DEPTH = 40
 """The maximum nesting of brackets and quantifiers; the language underneath refuses less than twice as many."""
@@ -226,6 +227,7 @@ class LiftedParser:
                     raise _Unparsed
                 return GroupFormula(inner, opening.begin, self._next().end)
         while self._index < len(self._tokens) and self._tokens[self._index].text not in (*_CONNECTIVES, ")"):
+            self._refuse_misplaced_quantifier(is_first=self._index == begin)
             text = self._tokens[self._index].text
             self._index = self._closing(self._index) + 1 if text in _CLOSING else self._index + 1
         if begin == self._index:
@@ -263,6 +265,23 @@ class LiftedParser:
         is_name = following < len(self._tokens) and self._tokens[following].is_name
         return self._peek() == word and is_name and self._peek(1) != "in"
 
+    def _refuse_misplaced_quantifier(self, *, is_first: bool) -> None:
+        """Refuse `sum r in robot. (…)`, `exists in robot. (…)` and `1 < count r in robot. (…)`."""
+        word = self._tokens[self._index]
+        if not word.is_name or self._index + 1 == len(self._tokens):
+            return
+        example = _EXAMPLE.format(word.text)
+        if word.text in QUANTIFIERS and self._peek(1) in ("in", ":") and self._peek(3) == ".":
+            self._refuse(word, f"a parameter is missing after this `{word.text}`", example)
+        if not self._tokens[self._index + 1].is_name or self._peek(2) not in ("in", ":") or self._peek(4) != ".":
+            return
+        if word.text not in QUANTIFIERS:
+            remedy = "write `forall`, `exists` or `count`; name each object in a sum: `n.r1 + n.r2 <= 3`"
+            self._refuse(word, f"there is no quantifier `{word.text}`", remedy)
+        if not is_first:
+            example = _EXAMPLE_OF_COUNT if word.text == "count" else example
+            self._refuse(word, f"`{word.text}` stands first in its condition", example)
+
     def _quantifier(self) -> Formula:
         self.is_lifted = True
         word = self._tokens[self._index]
@@ -274,6 +293,7 @@ class LiftedParser:
             message = f"this `{word.text}` has {self._instances:,} instances; at most {MAX_INSTANCES:,} are built"
             self._note(Slug.TOO_MANY_INSTANCES, message, word.begin, word.end)
             bound = replace(bound, objects=dict.fromkeys(bound.objects, ()))
+            self._instances = 0  # the quantifiers in the brackets have more instances, which is no further error
         if self._peek() != "(":
             self._refuse_quantifier(word, "the predicate of a quantifier stands in brackets")
         self._scope = inner
@@ -291,8 +311,7 @@ class LiftedParser:
     def _comparison_of_count(self, word: LiftedToken, bound: Bound, body: Formula) -> Formula:
         relation, number = self._peek(), self._peek(1)
         if relation not in _RELATIONS or not number.isdecimal() or self._peek(2) not in ("", ")", *_CONNECTIVES):
-            remedy = "write for example `count r in robot. (robot_at[r] == dock) <= 1`"
-            self._refuse(word, "a count is compared with a number", remedy)
+            self._refuse(word, "a count is compared with a number", _EXAMPLE_OF_COUNT)
         limit = self._tokens[self._index + 1]
         self._index += 2
         self._check_count(bound, relation, limit)
@@ -369,7 +388,11 @@ class LiftedParser:
             self.is_lifted = True
             table = self._scope.names.facts.tables.get(words[0])
             return self._row(table, tokens) if table is not None else self._unknown_table(tokens)
-        static = self._equality(tokens) or self._membership(tokens)
+        term = self._scope.term(words[0])
+        if len(tokens) == 1 and term is not None:
+            self._scope.refuse_bare(term, tokens[0], self._note)
+            return ConstantFormula(True)
+        static = self._equality(tokens) or self._membership(tokens) or self._order(tokens)
         if static is None:
             self._dynamic_atoms.append(tokens)
             return self._dynamic(begin, end)
@@ -380,10 +403,45 @@ class LiftedParser:
         if len(tokens) != 3 or tokens[1].text not in ("==", "!="):  # noqa: PLR2004 - `p == q`
             return None
         left, right = self._scope.term(tokens[0].text), self._scope.term(tokens[2].text)
+        if left is not None and right is None and self._is_no_variable(tokens[2], is_likely=True):
+            self._scope.refuse_unlike_term(left, tokens[2], self._note)
+            return ConstantFormula(True)
+        if right is not None and left is None and self._is_no_variable(tokens[0], is_likely=False):
+            self._scope.refuse_unlike_term(right, tokens[0], self._note)
+            return ConstantFormula(True)
         if left is None or right is None:
             return None
         self._scope.refuse_unlike(left, right, (tokens[0].begin, tokens[2].end), self._note)
         return EqualityFormula(left, right, equal=tokens[1].text == "==")
+
+    def _is_no_variable(self, token: LiftedToken, *, is_likely: bool) -> bool:
+        """Return whether the operand that is compared with an object is no variable, and probably means none.
+
+        Args:
+            token: the operand.
+            is_likely: whether an unknown word there that is similar to no name is an object rather than a variable.
+        """
+        names = self._scope.names
+        if not token.is_name or token.text in keywords():
+            return token.text[:1].isdecimal() or token.text in ("true", "false")
+        if token.text in names.plain or token.text in names.indexed or self._scope.dotted(token) is not None:
+            return False
+        if nearest(token.text, self._scope.terms) is not None:
+            return True
+        known = [*names.plain_in_order, *names.indexed]
+        return is_likely and names.is_whole and nearest(token.text, known) is None
+
+    def _order(self, tokens: Sequence[LiftedToken]) -> Formula | None:
+        """Note a parameter or an object that is an operand of `<` and the like; `None` if there is none."""
+        if len(tokens) < 3 or not any(token.text in ("<", "<=", ">", ">=") for token in tokens):  # noqa: PLR2004
+            return None
+        sides = (tokens[0], tokens[1].text), (tokens[-1], tokens[-2].text)
+        found = [
+            (token, term) for token, sign in sides if sign in _RELATIONS and (term := self._scope.term(token.text))
+        ]
+        for token, term in found:
+            self._scope.refuse_order(term, token, self._note)
+        return ConstantFormula(True) if found else None
 
     def _membership(self, tokens: Sequence[LiftedToken]) -> Formula | None:
         """Return `p in {a, b}` and `p in zone` for a parameter, and `v in zone` for a variable."""
@@ -405,11 +463,13 @@ class LiftedParser:
             return None
         listed = tokens[at + 2 : -1 : 2]
         members_of = [self._scope.term(token.text) for token in listed]
-        if any(member is None for member in members_of) or any(t.text != "," for t in tokens[at + 3 : -1 : 2]):
+        if any(t.text != "," for t in tokens[at + 3 : -1 : 2]):
             return None
         for member, token in zip(members_of, listed, strict=True):
             if member is not None:
                 self._scope.refuse_unlike(term, member, (token.begin, token.end), self._note)
+            else:
+                self._scope.refuse_unlike_term(term, token, self._note)
         equal = [EqualityFormula(term, member, equal=True) for member in members_of if member is not None]
         span = (tokens[at].begin, tokens[at].end)
         return JointFormula(Tightness.DISJUNCTION, equal, span) if equal else None
@@ -423,25 +483,41 @@ class LiftedParser:
 
     def _row(self, table: ObjectTable, tokens: Sequence[LiftedToken]) -> Formula:
         """Return the lookup of a row."""
-        terms: list[ObjectTerm] = []
-        listed = tokens[2:-1:2]
-        commas = tokens[3:-1:2]
-        if len(listed) != len(table.types) or any(comma.text != "," for comma in commas):
+        arguments = _between_commas(tokens[2:-1])
+        odd = [argument for argument in arguments if len(argument) > 1]
+        for argument in odd:
+            begin, end = argument[0].begin, argument[-1].end
+            message = f"the arguments of a table are parameters or objects, and `{self._text[begin:end]}` is neither"
+            self._note(Slug.NOT_STATIC, message, begin, end, f"write for example `{self._example_of(table)}`")
+        if odd:
+            return ConstantFormula(True)
+        listed = [argument[0] for argument in arguments if argument]
+        if len(listed) != len(table.types) or len(listed) < len(arguments):
             columns = ", ".join(table.types)
             message = f"`{table.name}({columns})` has {len(table.types)} columns, and this has {len(listed)}"
             self._note(Slug.WRONG_ROW, message, tokens[0].begin, tokens[-1].end)
             return ConstantFormula(True)
-        for token, kind in zip(listed, table.types, strict=True):
-            term = self._scope.term(token.text)
-            if term is not None:
-                self._scope.refuse_other_type(term, kind, token, self._note)
-                terms.append(term)
-            elif token.text in self._scope.names.plain or token.text in self._scope.names.indexed:
-                message = f"a table is about objects, and `{token.text}` is a variable"
-                self._note(Slug.NOT_STATIC, message, token.begin, token.end, "write a parameter or an object")
-            else:
-                self._scope.refuse_unknown(token.text, token.begin, token.end, self._note)
-        return TableFormula(terms, table.rows) if len(terms) == len(listed) else ConstantFormula(True)
+        terms = [self._argument(token, kind) for token, kind in zip(listed, table.types, strict=True)]
+        whole = [term for term in terms if term is not None]
+        return TableFormula(whole, table.rows) if len(whole) == len(listed) else ConstantFormula(True)
+
+    def _argument(self, token: LiftedToken, kind: str) -> ObjectTerm | None:
+        """Return an argument of a table; `None` if it is no object of its type, which is noted."""
+        term = self._scope.term(token.text)
+        if term is not None:
+            self._scope.refuse_other_type(term, kind, token, self._note)
+        elif token.text in self._scope.names.plain or token.text in self._scope.names.indexed:
+            message = f"a table is about objects, and `{token.text}` is a variable"
+            self._note(Slug.NOT_STATIC, message, token.begin, token.end, "write a parameter or an object")
+        else:
+            self._scope.refuse_unknown(token.text, token.begin, token.end, self._note)
+        return term
+
+    def _example_of(self, table: ObjectTable) -> str:
+        """Return a row of a table with parameters that are in scope, and else with objects."""
+        names = {kind: name for name, kind in self._scope.kinds.items()}
+        objects = self._scope.names.facts.objects
+        return f"{table.name}({', '.join(names.get(kind) or (*objects(kind), kind)[0] for kind in table.types)})"
 
     def _dynamic(self, begin: int, end: int) -> AtomFormula:
         return AtomFormula(self._parts(self._tokens[begin:end]))
@@ -519,3 +595,16 @@ class LiftedParser:
         remedy = suggestion(token.text, known, "names with an index are")
         message = f"there is no variable `{token.text}` with an index"
         self._note(Slug.UNKNOWN_VARIABLE, message, token.begin, token.end, remedy)
+
+
+def _between_commas(tokens: Sequence[LiftedToken]) -> list[list[LiftedToken]]:
+    """Return the tokens between the commas outside of brackets; nothing for no tokens."""
+    groups: list[list[LiftedToken]] = [[]]
+    depth = 0
+    for token in tokens:
+        depth += (token.text in _CLOSING) - (token.text in _CLOSING.values())
+        if token.text == "," and not depth:
+            groups.append([])
+        else:
+            groups[-1].append(token)
+    return groups if tokens else []

@@ -18,9 +18,10 @@ from scbm.files.expansion.lifted_entries import (
 )
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
-from scbm.files.expansion.stage_keys import LIFTED_SECTIONS
+from scbm.files.expansion.stage_keys import LIFTED_SECTIONS, REQUIREMENT_KEYS
 from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
 from scbm.files.language.scope import name_fault
+from scbm.files.spelling import suggestion
 from scbm.files.yaml.instance_names import InstanceNames
 from scbm.model import Slug
 from scbm.model.variables import (
@@ -32,7 +33,7 @@ from scbm.model.variables import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from scbm.files.expansion.formulas import Formula
     from scbm.files.expansion.node_templates import NodeKind, NodeTemplate
@@ -81,7 +82,7 @@ class _ObjectStage:
         self._incomplete: list[str] = []
 
     def expanded(self) -> YamlNode:
-        self._report.name_instances(lambda: InstanceNames(objects=frozenset(self._facts.places)))
+        self._report.name_instances(lambda: self._names_for({}))
         self._refuse_clashes()
         for section in LIFTED_SECTIONS:
             node = self._document.get(section)
@@ -107,7 +108,10 @@ class _ObjectStage:
             for choice in entry.choices
             for name, written in _names_from(section, entry.key, joined(choice))
         }
-        return InstanceNames(lifted, frozenset(self._facts.places))
+        return self._names_for(lifted)
+
+    def _names_for(self, lifted: Mapping[str, str]) -> InstanceNames:
+        return InstanceNames(lifted, frozenset(self._facts.places), frozenset(self._facts.types))
 
     def _refuse_clashes(self) -> None:
         """Note objects that have the name of a variable."""
@@ -144,6 +148,7 @@ class _ObjectStage:
         if section == "variables":
             node = self._with_domain(node)
         if section == "requirements" and "requirement" in node.items:
+            self._refuse_other_keys(node)
             node = node.items["requirement"]
         lifted = _LiftedEntry(entry, key, maker.template(node, kind))
         if key is not None:
@@ -153,6 +158,13 @@ class _ObjectStage:
             if not lifted.choices:
                 self._warn_of_no_instance(key)
         return lifted
+
+    def _refuse_other_keys(self, requirement: YamlNode) -> None:
+        """Note the keys of a mapping that a requirement does not have: only its text is checked later."""
+        for name, place in requirement.key_places.items():
+            if name not in REQUIREMENT_KEYS:
+                remedy = suggestion(name, REQUIREMENT_KEYS, "the keys here are")
+                self._report.add(Slug.UNKNOWN_KEY, f"unknown key `{name}`", place, remedy)
 
     def _is_declared(self, section: str, key: LiftedKey) -> bool:
         """Return whether the names of the file have the name of an entry; note one that contradicts an earlier one."""
@@ -335,10 +347,13 @@ def _names_of(document: YamlNode, facts: StaticFacts) -> LiftedNames:
     indexed: dict[str, IndexedName] = {}
     plain: dict[str, None] = dict.fromkeys((CURRENT_NAME, CURRENT_STATE, PLAN_STATE))
     symbols: dict[str, None] = {}
+    is_whole = True
     for section in _INDEXED:
         node = document.get(section)
+        is_whole = is_whole and (node is None or (isinstance(node.plain, dict) and not node.incomplete))
         for entry in entries_of(node) if node is not None else ():
             kinds = without_errors(entry.key, facts)
+            is_whole = is_whole and (kinds is not None or "[" not in entry.key)
             base = entry.key.partition("[")[0].rstrip()
             for name, suffix in _declared(section, base):
                 if kinds is not None:
@@ -349,7 +364,7 @@ def _names_of(document: YamlNode, facts: StaticFacts) -> LiftedNames:
                 plain[operation_state_name(base)] = None
             domain = entry.node.get("domain")
             symbols |= dict.fromkeys(element.text or "" for element in domain.elements) if domain is not None else {}
-    return LiftedNames(facts, indexed, frozenset(plain), frozenset(symbols))
+    return LiftedNames(facts, indexed, frozenset(plain), frozenset(symbols), is_whole=is_whole)
 
 
 def _declared(section: str, base: str) -> Iterator[tuple[str, str]]:

@@ -22,6 +22,8 @@ LIFTED_SECTIONS = (
 )
 """The sections whose entries can have parameters."""
 
+REQUIREMENT_KEYS = ("requirement", "where")
+"""The keys of a requirement that is written as a mapping, for parameters with a condition."""
 
 BINDING_PARTS: dict[str, dict[str, str]] = {
     "binding": {"service": "call", "services": "choice", "measured": "readings"},

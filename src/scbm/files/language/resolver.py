@@ -257,7 +257,11 @@ class Resolver:
         return Reference(name)
 
     def _unknown_variable(self, name: str, begin: int, end: int) -> None:
-        if not self.scope.incomplete:
+        if self.scope.is_object(name):
+            remedy = suggestion("", self._readable(), "the variables are")
+            message = f"`{name}` is an object, and a variable is needed here"
+            self.complain(Slug.UNKNOWN_VARIABLE, message, begin, end, remedy)
+        elif not self.scope.incomplete:
             remedy = NO_CLOCKS if name.lower() in _CLOCKS else suggestion(name, self._readable(), "the variables are")
             self.complain(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", begin, end, remedy)
 
@@ -292,10 +296,11 @@ class Resolver:
         if domain.kind is kind_of(value):
             message = f"`{shown}` is not a value of `{name}`"
             self.complain(Slug.VALUE_OUTSIDE_DOMAIN, message, begin, end, self._value_remedy(shown, domain))
-        elif isinstance(term, _Word) and not self.scope.has(shown):
+        elif isinstance(term, _Word) and not self.scope.has(shown) and not self.scope.is_object(shown):
             self._unknown_name(shown, name, domain, begin, end)
         else:
-            message = f"`{name}` is {_described(domain)}, and `{shown}` is {_KINDS[kind_of(value)]}"
+            what = "an object" if self.scope.is_object(shown) else _KINDS[kind_of(value)]
+            message = f"`{name}` is {_described(domain)}, and `{shown}` is {what}"
             remedy = "write `true` or `false`" if domain.kind is ValueKind.BOOLEAN else None
             self.complain(Slug.DIFFERENT_KINDS, message, begin, end, remedy)
 
@@ -375,7 +380,9 @@ class Resolver:
     def _operand(self, term: Term | _Word | None, tree: SyntaxTree) -> Term | None:
         """Return a term of a sum, if it is an integer."""
         if isinstance(term, _Word):
-            if not self.scope.has(term.name):
+            if self.scope.is_object(term.name):
+                self._refuse_operand(term.name, "an object", tree)
+            elif not self.scope.has(term.name):
                 self._unknown_variable(term.name, *extent(tree))
             elif not self.scope.incomplete:
                 self._refuse_operand(term.name, "a symbol", tree)

@@ -56,12 +56,14 @@ class Scope:
         incomplete: whether a part of the model that declares names is wrong, so that an unknown name is no error.
         operations: the names of the operations, in order; only for a complete model.
         resources: the resources by name, in order; only for a complete model.
+        objects: the names of objects: a parameter was written where one stands that is neither a value nor a variable.
     """
 
     variables: Mapping[str, Variable | None]
     incomplete: bool = False
     operations: tuple[str, ...] = ()
     resources: Mapping[str, Resource] = field(default_factory=dict)
+    objects: frozenset[str] = frozenset()
 
     @staticmethod
     def of(model: BehaviorModel) -> Scope:
@@ -104,6 +106,10 @@ class Scope:
             names = (n for n, v in variables if v is None or domain is None or overlap(v.domain, domain))
             self._readable[key] = tuple(names)
         return self._readable[key]
+
+    def is_object(self, name: str) -> bool:
+        """Return whether a name is that of an object, and neither of a variable nor a value of one."""
+        return name in self.objects and name not in self.variables and name not in self.symbols
 
     def has(self, value: Value) -> bool:
         """Return whether any variable can have this value."""

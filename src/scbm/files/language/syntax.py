@@ -152,7 +152,7 @@ def _calculation_remedy(text: str, begin: int, end: int, accepted: Collection[st
         return NO_HYPHENS
     if written in ("*", "/", "%"):
         return "sums have no products; write `a + a` for twice `a`"
-    if _DURATION.search(text, 0, end) is not None:
+    if any(match.start() <= begin < match.end() for match in _CLOCK.finditer(text)):
         return NO_CLOCKS
     if written == "in" and "SIGN" in accepted and "RELATION" in accepted:
         return "`in` takes a variable; compare a sum with `==`, joined with `||`"
@@ -175,7 +175,11 @@ NO_CLOCKS = "predicates read no clocks: give an operation a `deadline`, or an en
 _EXTREME = re.compile(r"\b(min|max)\s*$")
 _HYPHEN = re.compile(r"\w-\w")
 _NEGATION = re.compile(r"-\s*[A-Za-z_(]")
-_DURATION = re.compile(r"(==|!=|<=?|>=?)\s*\d+(\.\d+)?\s*(ns|us|µs|ms|s|min|h)$")
+_CLOCK = re.compile(
+    r"(==|!=|<=?|>=?)\s*{0}|{0}\s*(==|!=|<=?|>=?)".format(r"(?<![\w.])\d+(\.\d+)?\s*(ns|us|µs|ms|s|min|h)\b")
+)
+"""A duration beside an operator that compares: the time since something happened is meant."""
+
 _WORDS = {
     "and": "&&",
     "or": "||",

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 _NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
+_PARAMETER = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_QUOTED = re.compile(r"`([A-Za-z_]\w*)`", re.ASCII)
 _LIST = re.compile(r"(?P<head>[a-z ]+: )(?P<names>[\w.]+(?:, [\w.]+)*)(?P<rest>(?:, …)?)", re.ASCII)
 """A list of known names, as `suggestion` makes it."""
 
@@ -41,10 +43,12 @@ class InstanceNames:
     Attributes:
         lifted: the name of an entry as it is written, by the name of each of its instances: `at[robot]` by `at.r1`.
         objects: the objects that names of instances contain.
+        types: the types of objects; any other word in place of an object is a parameter.
     """
 
     lifted: Mapping[str, str] = field(default_factory=dict)
     objects: frozenset[str] = frozenset()
+    types: frozenset[str] = frozenset()
 
     def in_text(self, text: str, written: str) -> str:
         """Return a text in which entries stand for their instances.
@@ -58,6 +62,12 @@ class InstanceNames:
             names = dict.fromkeys(self._shown(name, written) for name in listed["names"].split(", "))
             return f"{listed['head']}{', '.join(names)}{listed['rest']}"
         return _NAME.sub(lambda match: self._shown(match[0], written), text) if self.lifted else text
+
+    def with_parameter(self, text: str, underlined: str) -> str:
+        """Return a text with a parameter in place of its object, if the parameter alone is underlined."""
+        if not _PARAMETER.fullmatch(underlined) or underlined in self.objects or underlined in self.types:
+            return text
+        return _QUOTED.sub(lambda match: f"`{underlined}`" if match[1] in self.objects else match[0], text)
 
     def _shown(self, name: str, written: str) -> str:
         lifted = self.lifted.get(name)

@@ -139,7 +139,9 @@ class ErrorCollector:
     def _as_written(self, text: str, place: Place, *, is_lifted: bool) -> str:
         """Return a message or a remedy with names as the file has them; of entries, only with `is_lifted`."""
         if self._names is not None and is_lifted:
-            text = self._names.in_text(text, self._source_line(place) or "")
+            line = self._source_line(place) or ""
+            text = self._names.in_text(text, line)
+            text = self._names.with_parameter(text, line[place.column - 1 :][: place.length])
         copies = self._copies.get(place.file)
         return text if copies is None else copies.in_text(text)
 

@@ -18,9 +18,10 @@ from scbm.files.codec.key_types import (
 )
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.value_reader import ValueReader
+from scbm.files.expansion.stage_keys import REQUIREMENT_KEYS
 
 if TYPE_CHECKING:
-    from scbm.files.codec.keys import Data, Definitions
+    from scbm.files.codec.keys import Data, Definitions, ShapeCheck, Spot
     from scbm.files.yaml.document import YamlNode
     from scbm.model.requirements import RequirementForm
 
@@ -75,6 +76,20 @@ class TableKeys(Keys):
 
 class LiftedRequirementType(RequirementType):
     """A requirement; with parameters and a condition it is written as a mapping."""
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note everything but a requirement; name the keys of a mapping that the expansion could not read."""
+        if not isinstance(spot.node.plain, dict):
+            super().check(spot, check)
+            return
+        unknown = [(key, child.place) for key, child in spot.entries() if key not in REQUIREMENT_KEYS]
+        for key, place in unknown:
+            check.unknown_key(key, place, REQUIREMENT_KEYS)
+        if "requirement" in spot.node.items:
+            remedy = f"write the requirement itself: `{spot.section}: always …`"
+            check.wrong_shape(spot, self.expected, remedy)
+        elif not unknown:
+            check.missing_key("requirement", spot, REQUIREMENT_KEYS)
 
     def schema(self, definitions: Definitions) -> dict[str, Data]:
         """Return the JSON Schema of both."""
