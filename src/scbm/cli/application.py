@@ -11,8 +11,10 @@ import typer
 import typer.core
 
 from scbm.cli.main import GOOD, INTERRUPTED, VERBS, WRONG_INPUT, write_version
+from scbm.cli.options.command_inputs import inputs_of
 from scbm.cli.options.help_sections import VerbCommand
 from scbm.cli.options.registry_options import with_registry_options
+from scbm.files import protecting
 from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
 
 if TYPE_CHECKING:
@@ -115,7 +117,8 @@ def _exiting(command: Callable[..., int], begin: Callable[[], None]) -> Callable
     def call(*args: object, **options: object) -> None:
         try:
             begin()
-            code = command(*args, **options)
+            with protecting(lambda: inputs_of(command, options)):
+                code = command(*args, **options)
         except KeyboardInterrupt:  # typer would say `Aborted!` and end with 1
             code = INTERRUPTED
         raise typer.Exit(code)

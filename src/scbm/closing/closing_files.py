@@ -56,7 +56,7 @@ def refuse_output(model_file: Path, directory: Path | None, *, edits_model: bool
     """Raise `InputError` if closing cannot write into its directory, or cannot edit the model that it has to."""
     directories = [] if directory is None else [directory / _CASES, directory / _CERTIFICATES]
     edited = model_file if edits_model and model_file.is_file() else None
-    FileWriter().refuse_outputs({"--write": edited}, {"--out": directories})
+    FileWriter(edited=edited).refuse_outputs({"--write": edited}, {"--out": directories})
 
 
 def write_output(closing: Closing, directory: Path, model_file: Path, suite: Collection[Path] = ()) -> ClosingFiles:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         write_operation,
         write_waivers,
     )
-    from scbm.files.file_writer import FileWriter
+    from scbm.files.file_writer import FileWriter, protecting
     from scbm.files.goal_editing import add_goals, with_goals
     from scbm.files.key_reference import bindings_schema, case_schema, model_schema, part_schema, waivers_schema
     from scbm.files.language.expressions import (
@@ -79,6 +79,7 @@ __all__ = [
     "parse_state",
     "parse_value",
     "part_schema",
+    "protecting",
     "read_bindings",
     "read_case",
     "read_file",
@@ -106,7 +107,7 @@ __getattr__ = lazy_exports(
             "Places count_entries digest_of load_bindings load_located load_model load_waivers read_bindings "
             "read_located read_model read_waivers write_model write_operation write_waivers"
         ),
-        "file_writer": "FileWriter",
+        "file_writer": "FileWriter protecting",
         "goal_editing": "add_goals with_goals",
         "key_reference": "bindings_schema case_schema model_schema part_schema waivers_schema",
         "language.expressions": "parse_action parse_predicate parse_requirement parse_state parse_value",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from contextlib import suppress
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from os.path import lexists, realpath
 from pathlib import Path
 from secrets import token_hex
@@ -26,18 +27,46 @@ _SQLITE = b"SQLite format 3\0"
 """The first bytes of a database of SQLite."""
 
 
+_COMMAND_INPUTS: ContextVar[Callable[[], Iterable[tuple[Path, str]]]] = ContextVar("command inputs", default=tuple)
+
+
+@contextmanager
+def protecting(inputs: Callable[[], Iterable[tuple[Path, str]]]) -> Iterator[None]:
+    """Let no `FileWriter` overwrite the inputs of a command while it runs.
+
+    Args:
+        inputs: returns the files that the command line names, each with what it is in words. It is called only where
+            an output exists already, since it may have to search directories.
+    """
+    before = _COMMAND_INPUTS.set(inputs)
+    try:
+        yield
+    finally:
+        _COMMAND_INPUTS.reset(before)
+
+
 class FileWriter:
     """Writes the output files of one command, and refuses to overwrite the files that the command reads."""
 
-    def __init__(self, inputs: Iterable[tuple[Path, str]] = (), model: Path | None = None) -> None:
-        """Take the files that the command reads.
+    def __init__(
+        self,
+        inputs: Iterable[tuple[Path, str]] = (),
+        model: Path | None = None,
+        *,
+        other_models: Sequence[Path] = (),
+        edited: Path | None = None,
+    ) -> None:
+        """Take the files that the command reads, in addition to those that its command line names (`protecting`).
 
         Args:
-            inputs: files, each with what it is in words, such as `the store`.
+            inputs: files, each with what it is in words, such as `the case`.
             model: the model file. The files that it uses count as read, too.
+            other_models: further files that may be the model, with the files that they use.
+            edited: a file of the command line that the command edits in place.
         """
-        self._model = model
-        self._inputs = (*inputs, *([] if model is None else [(model, "the model")]))
+        self._models = (*([] if model is None else [model]), *other_models)
+        self._inputs = (*inputs, *((path, "the model") for path in self._models))
+        self._edited = edited
 
     def refuse_clashes(self, outputs: Mapping[str, Path]) -> None:
         """Raise `InputError` if two outputs are one file, or an output would replace an input.
@@ -78,7 +107,7 @@ class FileWriter:
 
     def _clashes(self, outputs: Mapping[str, Path]) -> Iterator[Diagnostic]:
         owners: dict[object, str] = {}
-        for path, words in (*self._inputs, *self._used_files(outputs.values())):
+        for path, words in (*self._inputs, *self._further_inputs(outputs.values())):
             owners.setdefault(_identity(path), words)
         for option, path in outputs.items():
             owner = owners.setdefault(_identity(path), option)
@@ -86,15 +115,21 @@ class FileWriter:
                 message = f"{path} is also {'that of ' if owner.startswith('--') else ''}{owner}"
                 yield _bad_output(option, message, "write it to another file")
 
-    def _used_files(self, outputs: Iterable[Path]) -> list[tuple[Path, str]]:
-        """Return the files that the model uses; none if all outputs are new, so that most commands do not read it."""
-        if self._model is None or not any(map(lexists, outputs)):
-            return []
-        return [(path, f"a file that {self._model} uses") for path in files_used_by(self._model)]
+    def _further_inputs(self, outputs: Iterable[Path]) -> Iterator[tuple[Path, str]]:
+        """Yield the inputs of the command line and the files that models use.
+
+        There are none if all outputs are new, so that most commands do not look for them.
+        """
+        if not any(map(lexists, outputs)):
+            return
+        edited = None if self._edited is None else _identity(self._edited)
+        yield from ((path, words) for path, words in _COMMAND_INPUTS.get()() if _identity(path) != edited)
+        for model in self._models:
+            yield from ((path, f"a file that {model} uses") for path in files_used_by(model))
 
     def reads(self, path: Path) -> bool:
         """Return whether the command reads this file."""
-        return _identity(path) in [_identity(known) for known, _ in (*self._inputs, *self._used_files([path]))]
+        return _identity(path) in [_identity(known) for known, _ in (*self._inputs, *self._further_inputs([path]))]
 
     def write(self, option: str, path: Path, content: bytes) -> None:
         """Write a file as `replace_file` does. Raise `InputError` if it cannot be written, or is an input.

@@ -49,7 +49,6 @@ class Suite:
             the planner itself.
         moves_inputs: whether random cases move inputs and published values without environment transitions, too.
         evidence: the certificates and waivers that count; `None` if statuses are not asked for.
-        waivers: the file of waivers, if there is one.
     """
 
     model: BehaviorModel
@@ -66,7 +65,6 @@ class Suite:
     planner_option: str = ""
     moves_inputs: bool = False
     evidence: StatusEvidence | None = None
-    waivers: Path | None = None
 
     @staticmethod
     def load(
@@ -164,8 +162,7 @@ class Suite:
     @cached_property
     def writer(self) -> FileWriter:
         """A writer for the files of the command; it refuses to replace what the command reads."""
-        others = [] if self.waivers is None else [(self.waivers, "the waivers")]
-        return FileWriter([*((written.path, "a case file") for written in self.written), *others], self.file)
+        return FileWriter([(written.path, "a case file") for written in self.written], self.file)
 
     # the suite in words and as commands
 

@@ -61,7 +61,7 @@ def command(
     figures = read_thresholds(fail_under or [])
     refuse_asserted(figures, store, is_over_nodes=True)
     evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
-    suite = replace(suite, evidence=evidence, waivers=waivers)
+    suite = replace(suite, evidence=evidence)
     output = CampaignOutput(
         figures,
         missing,

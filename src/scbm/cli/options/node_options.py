@@ -11,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error, refuse_given
 from scbm.cli.options.registry_options import NameOf
@@ -72,7 +73,9 @@ Real = Annotated[
     HelpSection.NODES.option("--real", metavar="NAME", help="Reach this resource at its driver; else it is simulated."),
 ]
 Bindings = Annotated[
-    Path | None, HelpSection.NODES.option("--bindings", metavar="FILE", help="A file that binds resources to drivers.")
+    Path | None,
+    HelpSection.NODES.option("--bindings", metavar="FILE", help="A file that binds resources to drivers."),
+    Reads("the bindings"),
 ]
 Reached = Annotated[
     Via | None,

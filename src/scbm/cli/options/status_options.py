@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from scbm import __version__
 from scbm.cases.coverage import COVERABLE, WaiverReview
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
 from scbm.closing.certificate_files import (
@@ -18,6 +19,7 @@ from scbm.closing.certificate_files import (
     open_certificate,
 )
 from scbm.closing.current_date import today
+from scbm.closing.proof_reasons import REASONS_SUFFIX
 from scbm.closing.proved_statuses import StatusEvidence
 from scbm.files import load_waivers
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
@@ -29,6 +31,13 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Waiver
     from scbm.store import History, StoredCertificate
 
+
+def _certificate_files(path: Path) -> list[Path]:
+    """Return the certificates of a path with the files of reasons beside them."""
+    found = certificates_in([path])
+    return [file for each in found for file in (each, each.with_suffix(REASONS_SUFFIX))]
+
+
 Certificates = Annotated[
     list[Path] | None,
     HelpSection.VERDICTS.option(
@@ -36,10 +45,12 @@ Certificates = Annotated[
         metavar="DIRECTORY",
         help="Check these certificates, and count the obligations that they exclude.",
     ),
+    Reads("a certificate", _certificate_files),
 ]
 WaiversFile = Annotated[
     Path | None,
     HelpSection.VERDICTS.option("--waivers", metavar="FILE", help="Waivers, in addition to those of the model."),
+    Reads("the waivers"),
 ]
 
 

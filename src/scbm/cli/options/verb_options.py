@@ -7,14 +7,16 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 
 FAIL_UNDER = "--fail-under"
 
-Model = Annotated[Path, typer.Argument(help="The model file.", show_default=False)]
+Model = Annotated[Path, typer.Argument(help="The model file.", show_default=False), Reads("the model")]
 Files = Annotated[
     list[Path] | None,
     typer.Argument(metavar="CASES...", help="Case files, and directories of them.", show_default=False),
+    Reads("a case file"),
 ]
 Cases = Annotated[
     int | None,
@@ -64,11 +66,14 @@ FailUnder = Annotated[
 ]
 Json = Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")]
 ModelOfFile = Annotated[
-    Path | None, HelpSection.CASES.option("--model", help="The model file. [the one that the file names]")
+    Path | None,
+    HelpSection.CASES.option("--model", help="The model file. [the one that the file names]"),
+    Reads("the model"),
 ]
 SuiteFiles = Annotated[
     list[Path] | None,
     HelpSection.CASES.option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
+    Reads("a case file"),
 ]
 Goals = Annotated[str | None, HelpSection.CASES.option("--goal", help="A goal's name, or a predicate. [all goals]")]
 StateValues = Annotated[

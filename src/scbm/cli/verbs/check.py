@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from scbm.cases.coverage import Obligations
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.node_options import Bindings
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.verb_options import Json
@@ -20,7 +21,9 @@ FORMAT_VERSION = 1
 
 
 def command(
-    models: Annotated[list[Path], typer.Argument(metavar="MODEL...", help="Model files.", show_default=False)],
+    models: Annotated[
+        list[Path], typer.Argument(metavar="MODEL...", help="Model files.", show_default=False), Reads("a model")
+    ],
     *,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if there are warnings.")] = False,
     thorough: Annotated[

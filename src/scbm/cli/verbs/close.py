@@ -12,6 +12,7 @@ from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED, sigterm_as_interrupt
 from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.planner_options import PlannerOptions, RunPlanner
@@ -39,6 +40,7 @@ def command(
     files: Annotated[
         list[Path] | None,
         typer.Argument(metavar="MODEL", help="The model file; with --check, certificates.", show_default=False),
+        Reads("the model"),
     ] = None,
     *,
     suite: SuiteFiles = None,

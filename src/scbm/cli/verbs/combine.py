@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.verb_options import Json
 from scbm.cli.output.terminal import results, write_json
 from scbm.reports.terminal.store_report import combined_json, combined_report
@@ -12,7 +13,9 @@ from scbm.store import combine_stores
 
 
 def command(
-    stores: Annotated[list[Path], typer.Argument(metavar="STORE...", help="Coverage stores.", show_default=False)],
+    stores: Annotated[
+        list[Path], typer.Argument(metavar="STORE...", help="Coverage stores.", show_default=False), Reads("a store")
+    ],
     *,
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="The store to write; it may be one of STORE.")

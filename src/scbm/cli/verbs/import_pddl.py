@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import errors, results
 from scbm.files import FileWriter, read_file, read_model
@@ -14,8 +15,10 @@ from scbm.model import InputError
 
 
 def command(
-    domain: Annotated[Path, typer.Argument(help="The file with the domain.", show_default=False)],
-    problem: Annotated[Path, typer.Argument(help="The file with the problem.", show_default=False)],
+    domain: Annotated[Path, typer.Argument(help="The file with the domain.", show_default=False), Reads("the domain")],
+    problem: Annotated[
+        Path, typer.Argument(help="The file with the problem.", show_default=False), Reads("the problem")
+    ],
     *,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="MODEL", help="The model file to write.")] = Path(
         "model.yaml"
@@ -41,7 +44,7 @@ def command(
     ] = None,
 ) -> int:
     """Write a model for a domain and a problem of PDDL, with its types, predicates and actions."""
-    writer = FileWriter([(domain, "the domain"), (problem, "the problem")])
+    writer = FileWriter()
     writer.refuse_outputs({"--out": out})
     domain_text, problem_text = (PddlText(str(path), read_file(path)) for path in (domain, problem))
     options = PddlImportOptions(tuple(group or ()), tuple(resource or ()), tuple(number_range or ()), arguments)

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.verb_options import AllChanges, Json, ModelOfFile, Require, RerunTimeLimit, TraceFile
 from scbm.cli.output.shown_run import show_run
@@ -15,7 +16,9 @@ from scbm.model import Diagnostic, Place, Slug
 
 def command(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="The case file, or the log of a real run.", show_default=False)
+        Path,
+        typer.Argument(metavar="FILE", help="The case file, or the log of a real run.", show_default=False),
+        Reads("the case or log"),
     ],
     *,
     model: ModelOfFile = None,

@@ -3,6 +3,7 @@
 It has an option for each entry of `FORMATS`.
 """
 
+import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -16,12 +17,14 @@ from typer.models import OptionInfo
 from scbm.cases.case import BETWEEN_GOALS, CaseGoalNames
 from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_thresholds
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.options.status_options import Certificates, WaiversFile, stored_evidence
 from scbm.cli.options.verb_options import FailUnder, Json, Missing
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
+from scbm.closing.certificate_files import normalised
 from scbm.files import FileWriter
 from scbm.model import Diagnostic, InputError
 from scbm.reports import counted
@@ -62,19 +65,54 @@ class ReportFiles:
         """The files of the formats that were given."""
         return {option: path for option, path in self.files.items() if path is not None}
 
-    def writer(self, store: Path, waivers: Path | None, history: History, save: Path | None) -> FileWriter:
-        """Return a writer for these files that refuses to replace the store, waivers, the model or a case file.
+    def writer(self, store: Path, history: History, save: Path | None) -> FileWriter:
+        """Return a writer for these files that refuses to replace the models and case files of a store, too.
 
         Raises:
             InputError: two formats are one file, one of them is such an input, or it or `save` cannot be written.
         """
-        cases = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
-        files = ((Path(path), "a case file") for path in dict.fromkeys(cases))
-        others = [] if waivers is None else [(waivers, "the waivers")]
-        writer = FileWriter([(store, "the store"), *others, *files], Path(history.source.path))
+        models, cases = _stored_paths(history)
+        files = [(path, "a case file") for each in cases for path in _places(each, store)]
+        writer = FileWriter(files, other_models=[path for each in models for path in _places(each, store)])
         files_by_option = {f"--{name}": path for name, path in self.files.items()}
         writer.refuse_outputs(files_by_option, {"--save": [] if save is None else [save]})
         return writer
+
+
+def _places(path: str, store: Path) -> tuple[Path, ...]:
+    """Return where a path of a store may lead to: from the present directory, and from the directory of the store.
+
+    A store has paths as its command lines named them, and does not say in which directory.
+    """
+    return tuple(dict.fromkeys([Path(path), store.parent / path]))
+
+
+def _found(path: str, store: Path) -> str:
+    """Return the path to the file that a path of a store leads to; the path itself if there is no such file."""
+    there = next((each for each in _places(path, store) if os.path.isfile(each)), None)  # noqa: PTH113 - a path too long is none
+    return path if there is None or there == Path(path) else str(normalised(there))
+
+
+def _with_found_files(history: History, store: Path) -> History:
+    """Return the history with the paths that lead to its model and its case files from here."""
+    models, files = _stored_paths(history)
+    found = {path: _found(path, store) for path in (*models, *files)}
+    if all(path == there for path, there in found.items()):
+        return history
+    runs = (replace(run, source=replace(run.source, path=found[run.source.path])) for run in history.runs)
+    cases = (
+        replace(case, recipe=replace(case.recipe, path=found[case.recipe.path]))
+        if isinstance(case.recipe, Written)
+        else case
+        for case in history.cases
+    )
+    return replace(history, runs=tuple(runs), cases=tuple(cases))
+
+
+def _stored_paths(history: History) -> tuple[dict[str, None], dict[str, None]]:
+    """Return the paths of the models, and those of the case files."""
+    files = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
+    return dict.fromkeys(run.source.path for run in history.runs), dict.fromkeys(files)
 
 
 def write_formats(wanted: ReportFiles, history: History, writer: FileWriter) -> list[str]:
@@ -112,7 +150,7 @@ def _text(form: ReportFormat, history: History) -> str:
 
 
 def command(
-    store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False)],
+    store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False), Reads("the store")],
     *,
     missing: Missing = False,
     contexts: Annotated[
@@ -137,7 +175,8 @@ def command(
     if save is not None and not minimize:
         raise option_error("--save", "only the smallest suite can be saved", "add --minimize")
     history = read_history(store)
-    writer = wanted.writer(store, waivers, history, save)
+    writer = wanted.writer(store, history, save)
+    history = _with_found_files(history, store)
     evidence = stored_evidence(history, certificates, waivers, wanted_figures)
     if evidence is not None:
         goals = [
@@ -164,6 +203,8 @@ def command(
         parts += [contexts_report(history)] if contexts else []
         parts += [smallest_report(history, cover)] if cover is not None else []
         results().lines(_apart(parts or [stored_report(history, str(store), columns)]))
+        if save is None:  # else the error is about that
+            _report_missing_model(history)
     is_saved = save is None or cover is None or _save(history, cover.chosen, save, writer)
     written = write_formats(wanted, history, writer)
     if written:
@@ -172,6 +213,14 @@ def command(
     evidence_of_mutants = history.evidence if asks_for_asserted(wanted_figures) else None
     is_met = meets_thresholds(history.coverage, wanted_figures, coverable, evidence_of_mutants, history.lifted)
     return 0 if is_met and is_saved else 1
+
+
+def _report_missing_model(history: History) -> None:
+    """Say where the suggested commands find the model, if it is neither here nor beside the store."""
+    path = history.source.path
+    if not os.path.isfile(path):  # noqa: PTH113 - a path too long is none, and no error
+        message = f"scbm: there is no model file {path} here nor beside the store"
+        errors().line(f"{message}: run the suggested commands in the directory in which the store was filled")
 
 
 def _smallest(history: History) -> Cover:

@@ -135,7 +135,7 @@ def command(
     refuse_without_files(recording, suite, {"--time-limit": time_limit})
     suite = select_cases(suite, select, failures if last_failed else None)
     evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
-    suite = replace(suite, evidence=evidence, waivers=waivers)
+    suite = replace(suite, evidence=evidence)
     output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry)
     refuse_outputs(suite, output, logs)
     if transport is None:

@@ -10,6 +10,7 @@ import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.campaign_options import read_inputs
+from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
@@ -49,6 +50,7 @@ def command(
         typer.Argument(
             help="The case file, or the log of a real run; with `--case`, the model file.", show_default=False
         ),
+        Reads("the case, log or model"),
     ],
     *,
     perfetto: Annotated[
