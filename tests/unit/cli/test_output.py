@@ -110,8 +110,13 @@ def test_a_long_line_of_a_report_is_broken_between_words(line: str, shown: list[
 
 def test_a_command_is_never_broken() -> None:
     command = Text("  scbm close my/model.yaml   writes 3 cases", no_wrap=True)
-    assert [text.plain for text in folded(command, 20)] == ["  scbm close my/model.yaml", "      writes 3 cases"]
+    assert [text.plain for text in folded(command, 20)] == ["  # writes 3 cases", "  scbm close my/model.yaml"]
     assert [text.plain for text in folded(command, 80)] == [command.plain]
+
+
+def test_a_picture_is_never_broken_whatever_its_blanks_are() -> None:
+    picture = Text("  op: scan the item   ●   ○", no_wrap=True)
+    assert [text.plain for text in folded(picture, 20)] == [picture.plain]
 
 
 REPORT = ("test", "examples/robot_in_the_air/before.yaml", "--cases", "2")

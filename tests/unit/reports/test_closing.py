@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
+
+import pytest
 
 from scbm.cases import Case
 from scbm.cases.coverage import Aspect
@@ -47,12 +50,21 @@ def _section(lines: list[str], head: str) -> list[str]:
 
 
 def test_the_figure_goes_from_before_to_after_and_the_bar_shows_all_parts(wording: Wording) -> None:
-    lines = _report_lines(closing_of(CELL, [FAILS], suite=[SCANS], undecided=["scan_box/disabled"]))
+    closing = closing_of(CELL, [FAILS], suite=[SCANS], undecided=["scan_box/disabled"])
+    lines = _report_lines(closing, ClosingSetting("cell.yaml", columns=100))
     bar = lines[2].removeprefix("  SCBM-IAS: 33.33 % → 66.67 %  ")
     assert bar == "█" * 17 + "▓" * 17 + "░" * 8 + "?" * 8
     assert [part[0] for part in lines[3].strip().split("   ")] == ["█", "▓", "░", "?"]
     assert lines[3].index("█") == lines[2].index("█")
     wording(lines[3:7])
+
+
+@pytest.mark.parametrize("columns", [60, 80])
+def test_the_bar_fits_the_width_of_the_report(columns: int) -> None:
+    closing = closing_of(CELL, [FAILS], suite=[SCANS], undecided=["scan_box/disabled"])
+    lines = _report_lines(closing, ClosingSetting("cell.yaml", columns=columns))
+    assert len(lines[2]) == columns
+    assert [mark for mark, _ in groupby(lines[2].rpartition("  ")[2])] == ["█", "▓", "░", "?"]
 
 
 def test_it_is_short_where_all_is_covered(wording: Wording) -> None:

@@ -184,7 +184,7 @@ def _summary(suite: Suite, loop: MutationLoop) -> MutationSummary:
         try:
             runs = loop.work.runs()
         except KeyboardInterrupt:
-            errors().line(f"scbm: {BEFORE_FIRST}: the cases were running on the model itself")
+            errors().prose(f"scbm: {BEFORE_FIRST}: the cases were running on the model itself")
             raise
         if not runs.cases:
             raise InputError([_no_case(suite, runs.failing)])
@@ -225,7 +225,7 @@ def _is_met(counts: MutantCounts, thresholds: Sequence[float]) -> bool:
     for percent in missed:
         found = f"{counts.score} of the mutants are killed, under {percent:g} %."
         none = f"There are no mutants to kill, so {_FAIL_UNDER} {_MUTANTS}={percent:g} cannot be met."
-        errors().line(found if counts.score.of else none)
+        errors().prose(found if counts.score.of else none)
     return not missed
 
 
@@ -266,12 +266,12 @@ class MutationLoop:
                 if self._options.limits is not None and any(map(_is_open, self._results)):
                     self._decide(keeper, show)
             except KeyboardInterrupt:
-                errors().line(f"scbm: {self._interrupted(keeper)}")
+                errors().prose(f"scbm: {self._interrupted(keeper)}")
                 raise
             except InputError:
                 if keeper is not None and keeper.added:
                     kept = f"{self._options.store} has {counted(len(keeper.added), 'result')} of this command"
-                    errors().line(f"scbm: {kept}; once it can be written again, the same command goes on")
+                    errors().prose(f"scbm: {kept}; once it can be written again, the same command goes on")
                 raise
         if keeper is not None:
             self.kept = f"{self._options.store}: {self._kept(keeper)}"

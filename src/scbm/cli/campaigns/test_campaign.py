@@ -175,9 +175,9 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     setting = replace(_setting(suite, findings, commands), where=asked.words, answers=nodes.answers)
     code = _report(done, setting, output, suite)
     if nodes.logs.words is not None and not output.json:
-        errors().line(f"scbm: {nodes.logs.words}")
+        errors().prose(f"scbm: {nodes.logs.words}")
     for complaint in nodes.complaints:
-        errors().line(f"scbm: {complaint}")
+        errors().prose(f"scbm: {complaint}")
     if any(answers.is_silent for answers in nodes.answers):
         code = max(code, 1)
     return code if nodes.logs.is_whole else max(2, code)
@@ -248,9 +248,9 @@ def _report_early_end(done: CampaignEnd, output: CampaignOutput) -> int:
     is_unfinished = done.keeper is not None and done.keeper.is_unfinished
     stored = f"; the run in {output.store} is unfinished" if is_unfinished else ""
     if not done.is_stopped or is_unfinished:
-        errors().line(f"scbm: {done.words[0].lower()}{done.words[1:]}{stored}")
+        errors().prose(f"scbm: {done.words[0].lower()}{done.words[1:]}{stored}")
     if output.save is not None:
-        errors().line(f"scbm: nothing is saved in {output.save}: cases are saved only after the last one")
+        errors().prose(f"scbm: nothing is saved in {output.save}: cases are saved only after the last one")
     if done.is_stopped:
         return 1
     if isinstance(done.ended, InputError):
@@ -278,7 +278,7 @@ def select_cases(suite: Suite, expression: str | None, failures: Path | None) ->
         return suite
     last = LastFailed.read(failures, suite.file)
     if not last.names:
-        errors().line("scbm: no case failed last time, so all of them run")
+        errors().prose("scbm: no case failed last time, so all of them run")
         return suite
     return suite.selected(select_last_failed(last, list(suite.names)))
 
@@ -383,7 +383,7 @@ def _remember_failed(suite: Suite, campaign: Campaign, directory: Path) -> None:
     known = range(1, 1 + (campaign.count if is_whole else listed[-1]))
     passed = (name for name in map(campaign.source.name, known) if name not in failed)
     if not is_whole:
-        errors().line(f"scbm: {campaign.failed_count} cases failed, and `--lf` repeats the first {len(listed)}")
+        errors().prose(f"scbm: {campaign.failed_count} cases failed, and `--lf` repeats the first {len(listed)}")
     try:
         last = LastFailed.read(directory, suite.file).after(passed, failed, suite.test_options)
         last.write(directory, suite.file, suite.writer)

@@ -102,11 +102,11 @@ def meets_thresholds(
     missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable, asserted, folded)]
     for threshold in missed:
         if threshold.kind == ASSERTED:
-            errors().line(_unasserted_sentence(threshold, evidence))
+            errors().prose(_unasserted_sentence(threshold, evidence))
         else:
             figure = threshold.figure(coverage, coverable, None, folded)
             origin = _lifted_origin(lifted, apart_from) if threshold.kind == LIFTED else ""
-            errors().line(_missed_sentence(threshold, figure, origin))
+            errors().prose(_missed_sentence(threshold, figure, origin))
     return not missed
 
 

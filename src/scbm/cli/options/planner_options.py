@@ -22,7 +22,9 @@ PlannerName = Annotated[
     str | None,
     KnownName(
         lambda: PLANNERS,
-        HelpSection.PLANNER.option("--planner", help=f"The planner. [that of the model, or {DEFAULT_PLANNER}]"),
+        HelpSection.PLANNER.option(
+            "--planner", help=f"The planner: {{names}}. [that of the model, or {DEFAULT_PLANNER}]"
+        ),
     ),
 ]
 MaxLength = Annotated[
@@ -51,7 +53,8 @@ Plans = Annotated[
     KnownName(
         lambda: RUN_PLANS,
         HelpSection.PLANNER.option(
-            "--plans", help="The plans of random cases; `shortest` draws them. [those of the model, or canonical]"
+            "--plans",
+            help="The plans of random cases: {names}; `shortest` draws them. [those of the model, or canonical]",
         ),
     ),
 ]

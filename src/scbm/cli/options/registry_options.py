@@ -58,12 +58,13 @@ class NameOf(RegistryName):
 
 @dataclass(frozen=True, slots=True)
 class KnownName(RegistryName):
-    """One option with a name of a registry as its value, which the help lists; the verb refuses other names."""
+    """One option with a name of a registry as its value; its help has the names, and the verb refuses other names."""
 
     def options(self, parameter: Parameter) -> tuple[Parameter, ...]:
-        """Return the option with the names in place of a word for its value."""
+        """Return the option with the names in place of `{names}` in its help."""
         shown = copy(self.option)
-        shown.metavar = f"[{'|'.join(self.names())}]"
+        shown.metavar = "NAME"
+        shown.help = (self.option.help or "").format(names=", ".join(self.names()))
         return (parameter.replace(annotation=Annotated[str | None, shown]),)
 
     def value(self, parameter: Parameter, values: dict[str, Any]) -> str | None:

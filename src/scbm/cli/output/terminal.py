@@ -31,6 +31,9 @@ _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u
 _IN_A_LINE = re.compile(rf"{_CONTROLS.pattern}|\n")
 """Characters that are escaped within one line: control characters and line feeds."""
 
+_BEFORE_COMMENT = "   "
+"""The blanks between a command and its comment."""
+
 _DEFAULT_COLUMNS, _MIN_COLUMNS, _MAX_COLUMNS = 80, 40, 120
 """The default width of a report in columns, and the bounds of the width of a terminal."""
 
@@ -103,18 +106,19 @@ def _fold_columns(stream: IO[str]) -> int | None:
 def folded(text: Text, columns: int) -> Iterator[Text]:
     """Break a line between its words; what follows is indented as the last column of the line that begins early.
 
-    A line that is marked with `no_wrap` is a picture, or a command, maybe with an explanation behind three blanks: only
-    the explanation gets a line of its own.
+    A line that is marked with `no_wrap` is a picture, or a command, maybe with a comment behind three blanks: only the
+    comment gets a line of its own, above the command.
     """
     plain = text.plain
     indent = len(plain) - len(plain.lstrip())
     if text.no_wrap:
-        end = plain.find("   ", indent)
-        if cell_len(plain) <= columns or end < 0 or not plain[:end].strip().partition(" ")[2]:
+        end = plain.find(_BEFORE_COMMENT, indent)
+        if cell_len(plain) <= columns or end < 0 or not plain.startswith("scbm ", indent):
             yield text
             return
+        comment = Text(" " * indent + "# ").append_text(text[end + len(_BEFORE_COMMENT) :])
+        yield from folded(comment, columns)
         yield text[:end]
-        yield Text(" " * (indent + 4)).append_text(text[end + 3 :])
         return
     gaps = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}(?=\S)", plain[: columns // 2])]
     indent = gaps[-1] if gaps else indent + 2
@@ -157,6 +161,10 @@ class TerminalOutput:
             shown = _shown(text, _IN_A_LINE)
             for line in [shown] if self._columns is None else folded(shown, self._columns):
                 self.line(line)
+
+    def prose(self, words: str) -> None:
+        """Print a sentence; it is broken between words where lines of reports are."""
+        self.lines([Text(words)])
 
     def diagnostics(self, diagnostics: Sequence[Diagnostic]) -> None:
         """Print each diagnostic with its place, its line and its remedy; then the number of diagnostics."""

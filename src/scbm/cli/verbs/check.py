@@ -76,10 +76,11 @@ def _check(
         checked = check_model(model, limits, found, activity, today())
     if not quiet:
         out.line(f"{path}: {count_of(warnings) or 'good'}")
-        out.line(_summary(model, checked))
+        for sentence in _summary(model, checked):
+            out.prose(sentence)
         if checked.unfinished:
             remedy = "" if limits is THOROUGH else "; --thorough explores on"
-            out.line(f"  not finished: {', '.join(checked.unfinished)}{remedy}")
+            out.prose(f"  not finished: {', '.join(checked.unfinished)}{remedy}")
     bound = {} if bindings is None else {"bindings": _check_bindings(bindings, model, quiet=quiet)}
     return {
         "file": str(path),
@@ -107,7 +108,7 @@ def _check_bindings(path: Path, model: BehaviorModel, *, quiet: bool) -> dict[st
         out = results()
         out.line(f"{path}: good")
         listed = f": {', '.join(real)}" if real else ""
-        out.line(f"  {model.name}: {counted(len(real), 'bound resource')} of {len(model.resources)}{listed}")
+        out.prose(f"  {model.name}: {counted(len(real), 'bound resource')} of {len(model.resources)}{listed}")
     return {"file": str(path), "errors": [], "bound": real}
 
 
@@ -127,7 +128,7 @@ def _json(diagnostic: Diagnostic) -> dict[str, Any]:
     }
 
 
-def _summary(model: BehaviorModel, checked: Checked) -> str:
+def _summary(model: BehaviorModel, checked: Checked) -> tuple[str, str]:
     obligations = Obligations.of(model).counted.bit_count()
     at_least = "" if checked.complete else "at least "
     parts = [
@@ -143,4 +144,4 @@ def _summary(model: BehaviorModel, checked: Checked) -> str:
         f"{at_least}{counted(checked.initial_states, 'initial state')}",
         f"{at_least}{counted(checked.reachable, 'planning state')} reachable from the nominal one",
     ]
-    return f"  {model.name}: {', '.join(parts)}\n  {', '.join(reach)}"
+    return f"  {model.name}: {', '.join(parts)}", f"  {', '.join(reach)}"

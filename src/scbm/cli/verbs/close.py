@@ -18,7 +18,7 @@ from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.planner_options import PlannerOptions, RunPlanner
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Jobs, Json, Seed, SuiteFiles
-from scbm.cli.output.terminal import activity_display, errors, results, write_json
+from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificate
 from scbm.closing.closing_files import ClosingFiles, refuse_output, write_output
@@ -216,6 +216,7 @@ class _CloseResult:
             findings,
             tuple(commands),
             waivers=self.asked.waivers_option,
+            columns=report_columns(),
         )
 
     def _with_new_cases(self) -> Campaign:
@@ -313,9 +314,9 @@ def check_certificates(files: Sequence[Path], *, json: bool) -> int:
 def _print_verdict(checked: CheckedCertificate, model_path: Path) -> None:
     path = str(checked.file.path)
     if checked.is_sound:
-        results().line(f"{path}: sound: {', '.join(_sizes(checked))}")
+        results().prose(f"{path}: sound: {', '.join(_sizes(checked))}")
         for sentence in checked.assumptions:
-            results().line(f"  {sentence}")
+            results().prose(f"  {sentence}")
         return
     errors().diagnostics(checked.diagnostics(model_path)[:_MAX_FLAWS])
     if len(checked.flaws) > _MAX_FLAWS:

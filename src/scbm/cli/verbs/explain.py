@@ -13,7 +13,7 @@ from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Json, Model, SuiteFiles
-from scbm.cli.output.terminal import activity_display, results, write_json
+from scbm.cli.output.terminal import activity_display, report_columns, results, write_json
 from scbm.closing import Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
@@ -54,7 +54,7 @@ def command(
     else:
         close = f"scbm close {quote(str(model))}{given.close_options}{limit_text(limits)}"
         out = results()
-        out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended))
+        out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended, report_columns()))
         for name, text in _texts(explanations, given).items():
             replay = f"scbm replay {shown_path(f'{name}.yaml')}{planner.text}"
             again = given.again(name) or f"save this here as {name}.yaml, then: {replay}"

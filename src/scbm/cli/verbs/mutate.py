@@ -106,9 +106,9 @@ def command(
     suite = wanted.suite({})
     entries = None if since is None else changed_since(since, suite.model, model)
     if entries == ():
-        errors().line(f"{model}: nothing that has mutants changed since {since}")
+        errors().prose(f"{model}: nothing that has mutants changed since {since}")
     limits = CloseLimits(max_states, planning=max_planning) if equivalence else None
     if equivalence and not suite.model.goals:
-        errors().line(f"{model}: no mutant is proved equivalent: proofs are about goals of the model, and it has none")
+        errors().prose(f"{model}: no mutant is proved equivalent: proofs are about goals of the model, and it has none")
     asked = MutationOptions(chosen, entries, jobs, records, limits, store)
     return carry_out_mutants(suite, asked, MutationOutput(thresholds, witnesses, html, sarif, json))

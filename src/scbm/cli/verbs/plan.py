@@ -83,7 +83,7 @@ def _plan_all(
     for name, answer in zip(names, GoalSweep(model, start, goals, limits).answers(jobs), strict=True):
         answers.append(answer)
         if not json:
-            results().line(f"{name:<{width}}   {_in_short(answer)}{_effort(model, answer)}")
+            results().prose(f"{name:<{width}}   {_in_short(answer)}{_effort(model, answer)}")
     if json:
         entries = [
             {"name": name, "goal": str(goal)} | _answer_json(answer)
@@ -141,20 +141,22 @@ class _Drawing:
         shown = self.name if self.name == str(self.goal) else f"{self.name}: {self.goal}"
         expanded = _effort(self.planner.model, answer)
         if isinstance(answer, Solved) and not answer.plan:
-            self.out.line(f"Nothing to do: the goal holds already: {shown}")
+            self.out.prose(f"Nothing to do: the goal holds already: {shown}")
         elif isinstance(answer, Solved):
-            self.out.line(f"{counted(len(answer.plan), 'operation')} to {shown}{expanded}")
+            self.out.prose(f"{counted(len(answer.plan), 'operation')} to {shown}{expanded}")
             self._draw_steps(answer.plan)
         elif isinstance(answer, LimitReached):
-            self.out.line(f"No answer: the search for {shown} reached its limit on {answer.limit.value}{expanded}")
-            self.out.line(f"  set another limit with {_RAISE[answer.limit]}")
+            self.out.prose(f"No answer: the search for {shown} reached its limit on {answer.limit.value}{expanded}")
+            self.out.prose(f"  set another limit with {_RAISE[answer.limit]}")
         elif isinstance(answer, NoPlanFound):
-            self.out.line(f"No answer: the planner {self.planner.name} found no plan to {shown}{expanded}")
-            self.out.line(f"  its search is incomplete, so a plan may exist; --planner {DEFAULT_PLANNER} can decide it")
+            self.out.prose(f"No answer: the planner {self.planner.name} found no plan to {shown}{expanded}")
+            self.out.prose(
+                f"  its search is incomplete, so a plan may exist; --planner {DEFAULT_PLANNER} can decide it"
+            )
         else:
-            self.out.line(f"No plan: the goal is unreachable: {shown}{expanded}")
+            self.out.prose(f"No plan: the goal is unreachable: {shown}{expanded}")
             for line in self._reasons():
-                self.out.line(f"  {line}")
+                self.out.prose(f"  {line}")
 
     def _draw_steps(self, plan: tuple[str, ...]) -> None:
         """Show the operations by number, each with its changes of the variables that guards read."""

@@ -257,9 +257,9 @@ def _save(history: History, chosen: Iterable[int], directory: Path, writer: File
     writer.write_all(saved, overwrite=False)
     others = len(find_case_files([directory])) - len(saved) if saved else 0
     if others:
-        errors().line(f"{directory} has {counted(others, 'other case file')} too, so it is not the smallest suite.")
+        errors().prose(f"{directory} has {counted(others, 'other case file')} too, so it is not the smallest suite.")
     for label, why in kept_back.items():
-        errors().line(f"{label} {why}; it is not saved.")
+        errors().prose(f"{label} {why}; it is not saved.")
     return not others and not kept_back
 
 

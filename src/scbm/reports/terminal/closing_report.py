@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     from scbm.testing import Campaign, Finding
 
 _BAR_WIDTH = 50
-_COLUMNS = DEFAULT_COLUMNS
-"""Width of a line; longer lists of names are broken."""
+_MIN_BAR_WIDTH = 10
 
 
 class _FigureSegment(NamedTuple):
@@ -81,6 +80,7 @@ class ClosingSetting:
         written: the goals that were written into the model before it was closed.
         already: the goals that were to be written, but are in the model already.
         waivers: the option for the waivers file, with a leading blank.
+        columns: the width of the report.
     """
 
     file: str
@@ -98,6 +98,7 @@ class ClosingSetting:
     written: tuple[str, ...] = ()
     already: tuple[str, ...] = ()
     waivers: str = ""
+    columns: int = DEFAULT_COLUMNS
 
 
 def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
@@ -106,16 +107,16 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield Text()
     yield from _figures(closing, setting)
     yield from _failed(setting)
-    yield from _cases(closing)
+    yield from _cases(closing, setting.columns)
     yield from _found(setting)
     yield from _consequences(closing, setting)
-    yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE)
-    yield from _assumed(closing)
-    yield from _decisions("Excluded by the planner", closing, Decision.EXCLUDED)
-    yield from _decisions("Waived", closing, Decision.WAIVED)
-    yield from _decisions("Covered by a forced state", closing, Decision.FORCED)
-    yield from _decisions("Undecided", closing, Decision.UNDECIDED)
-    yield from _requirements(closing)
+    yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE, setting.columns)
+    yield from _assumed(closing, setting.columns)
+    yield from _decisions("Excluded by the planner", closing, Decision.EXCLUDED, setting.columns)
+    yield from _decisions("Waived", closing, Decision.WAIVED, setting.columns)
+    yield from _decisions("Covered by a forced state", closing, Decision.FORCED, setting.columns)
+    yield from _decisions("Undecided", closing, Decision.UNDECIDED, setting.columns)
+    yield from _requirements(closing, setting.columns)
     yield from ended_lines(closing.ended)
     yield from _suggestions(closing, setting)
     yield from _commands(closing, setting)
@@ -143,15 +144,15 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     }
     legend = "   ".join(f"{part.mark} {part.name}" for part, count in parts.items() if count)
     indentation = " " * line.cell_len
-    line.append_text(_bar(parts))
+    line.append_text(_bar(parts, max(_MIN_BAR_WIDTH, min(_BAR_WIDTH, setting.columns - line.cell_len))))
     line.rstrip()
     yield line
     if legend:
         yield Text(f"{indentation}{legend}", style="dim")
-    yield from lifted_lines(LiftedStatuses.of(closing.model, _statuses(closing)))
+    yield from lifted_lines(LiftedStatuses.of(closing.model, _statuses(closing)), setting.columns)
     yield from _decision_counts(closing, counts)
     for sentence in waiver_warnings(closing.visited_waivers, closing.expired_waivers):
-        yield from (Text(part, style="yellow") for part in wrapped(sentence, _COLUMNS, "  ", 6))
+        yield from (Text(part, style="yellow") for part in wrapped(sentence, setting.columns, "  ", 6))
     yield Text(f"  Before:   {setting.suite or 'no cases'}")
     for goal in setting.written:
         yield Text(f"  Written:  goal {goal}, into {setting.file}", style="green")
@@ -170,14 +171,16 @@ def _statuses(closing: Closing) -> Statuses:
     )
 
 
-def _bar(parts: dict[_FigureSegment, int]) -> Text:
-    """Return a bar with one segment for each part; a part that is not zero has at least one column."""
+def _bar(parts: dict[_FigureSegment, int], columns: int) -> Text:
+    """Return a bar of this width with one segment for each part; a part that is not zero has at least one column."""
     there = {part: count for part, count in parts.items() if count}
     of = sum(there.values())
-    widths = {part: max(1, _BAR_WIDTH * count // of) for part, count in there.items()}
-    by_rest = sorted(there, key=lambda part: _BAR_WIDTH * there[part] % of, reverse=True)
-    for part in by_rest[: max(0, _BAR_WIDTH - sum(widths.values()))]:
+    widths = {part: max(1, columns * count // of) for part, count in there.items()}
+    by_rest = sorted(there, key=lambda part: columns * there[part] % of, reverse=True)
+    for part in by_rest[: max(0, columns - sum(widths.values()))]:
         widths[part] += 1
+    while sum(widths.values()) > columns:  # the parts of one column each can be too many
+        widths[max(widths, key=widths.__getitem__)] -= 1
     bar = Text()
     for part, width in widths.items():
         bar.append(part.mark * width, style=part.style)
@@ -211,7 +214,7 @@ def _failed(setting: ClosingSetting) -> Iterator[Text]:
 # the new cases
 
 
-def _cases(closing: Closing) -> Iterator[Text]:
+def _cases(closing: Closing, columns: int) -> Iterator[Text]:
     cases, folds = closing.cases, InstanceFolds.of(closing.model)
     if not cases:
         return
@@ -223,13 +226,13 @@ def _cases(closing: Closing) -> Iterator[Text]:
     for made, row in zip(cases, rows[1:], strict=True):
         yield _cells(row, widths)
         if made.case.later:
-            yield from _wrapped(made.case.goal_names, 6)
+            yield from _wrapped(made.case.goal_names, 6, columns)
         for words in in_few_words(made.adds_freely, folds):
-            yield from _wrapped(words, 6)
+            yield from _wrapped(words, 6, columns)
         if made.forcing is not None:
-            yield from _wrapped(made.forcing, 6, "yellow")
+            yield from _wrapped(made.forcing, 6, columns, "yellow")
             for words in in_few_words(made.adds_by_force, folds):
-                yield from _wrapped(words, 8)
+                yield from _wrapped(words, 8, columns)
 
 
 def _row(made: ClosingCase) -> tuple[str, str, str, str, str]:
@@ -252,8 +255,8 @@ def _consequences(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
         return
     yield from _head("Consequences of forced states", "yellow")
     for each in setting.consequences:
-        yield from _wrapped(f"{each.name}: {each.message}", 2, "yellow")
-        yield from _wrapped(f"its state is {each.forcing}, so {closing.model.name} is not at fault", 6)
+        yield from _wrapped(f"{each.name}: {each.message}", 2, setting.columns, "yellow")
+        yield from _wrapped(f"its state is {each.forcing}, so {closing.model.name} is not at fault", 6, setting.columns)
         yield command_text("    again: ", each.again)
 
 
@@ -269,7 +272,7 @@ def _found(setting: ClosingSetting) -> Iterator[Text]:
 # decisions
 
 
-def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Text]:
+def _decisions(title: str, closing: Closing, decision: Decision, columns: int) -> Iterator[Text]:
     """Yield the obligations with this decision by operation, each reason once."""
     found = [decided for decided in closing.decided if decided.decision is decision]
     if not found:
@@ -279,15 +282,15 @@ def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Tex
     yield from _head(f"{title}: {len(found) - beside}{more}", "bold red" if decision is Decision.UNDECIDED else "bold")
     folds = InstanceFolds.of(closing.model)
     for subjects, groups in _grouped(found).items():
-        yield from _group_lines(subjects, groups, folds)
+        yield from _group_lines(subjects, groups, folds, columns)
 
 
-def _assumed(closing: Closing) -> Iterator[Text]:
+def _assumed(closing: Closing, columns: int) -> Iterator[Text]:
     found = closing.assumptions
     if found:
         yield Text("  These proofs assume:")
     for sentence in found:
-        for line in wrap(sentence, _COLUMNS - 6):
+        for line in wrap(sentence, columns - 6):
             yield Text(f"      {line}", style="dim")
 
 
@@ -326,15 +329,15 @@ def _grouped(found: Iterable[Decided]) -> dict[tuple[tuple[str, bool], ...], tup
 
 
 def _group_lines(
-    subjects: tuple[tuple[str, bool], ...], groups: tuple[tuple[str, str], ...], folds: InstanceFolds
+    subjects: tuple[tuple[str, bool], ...], groups: tuple[tuple[str, str], ...], folds: InstanceFolds, columns: int
 ) -> Iterator[Text]:
     operations = folds.folded(name for name, is_automatic in subjects if not is_automatic)
     transitions = folds.folded((name for name, is_automatic in subjects if is_automatic), is_automatic=True)
     parts = ", ".join((*operations, *(f"automatic/{name}" for name in transitions)))
     for aspects, reason in groups:
         is_automatic = aspects == Aspect.TAKEN
-        yield from _wrapped(parts if is_automatic else f"{parts}: {aspects}", 2, "")
-        yield from _wrapped(reason, 6)
+        yield from _wrapped(parts if is_automatic else f"{parts}: {aspects}", 2, columns, "")
+        yield from _wrapped(reason, 6, columns)
 
 
 # built-in requirements
@@ -348,23 +351,23 @@ _STATUS_STYLES = {
 }
 
 
-def _requirements(closing: Closing) -> Iterator[Text]:
+def _requirements(closing: Closing, columns: int) -> Iterator[Text]:
     found = closing.requirements
     if found is None:
         return
     yield from _head("Built-in requirements")
     width = max(len(each.name) for each in found.decided)
     for each in found.decided:
-        lines = wrap(_status_words(each), _COLUMNS - width - 4, break_long_words=False, break_on_hyphens=False)
+        lines = wrap(_status_words(each), columns - width - 4, break_long_words=False, break_on_hyphens=False)
         for number, line in enumerate(lines):
             yield Text(f"  {'' if number else each.name:<{width}}  {line}", style=_STATUS_STYLES[each.status])
         if each.option is not None:
             yield Text(f"  {'':<{width}}  {each.option} raises this limit", style="dim")
     if found.assumptions:
         followed = f"{counted(found.situations, 'situation')} of runs were followed"
-        yield from _wrapped(f"{followed}. Answers `holds` have no certificate, and assume:", 2, "")
+        yield from _wrapped(f"{followed}. Answers `holds` have no certificate, and assume:", 2, columns, "")
     for sentence in found.assumptions:
-        for line in wrap(sentence, _COLUMNS - 6):
+        for line in wrap(sentence, columns - 6):
             yield Text(f"      {line}", style="dim")
 
 
@@ -390,9 +393,9 @@ def _suggestions(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _head("Suggested changes")
     for suggestion in grouped(suggestions):
         for words in in_few_words(suggestion.obligations, folds):
-            yield from _wrapped(words, 2, "")
+            yield from _wrapped(words, 2, setting.columns, "")
         for clause in suggestion.text.split("; "):
-            yield from _wrapped(clause, 6)
+            yield from _wrapped(clause, 6, setting.columns)
         if suggestion.name is not None:
             yield command_text("      ", f"{_close(setting)} --write {suggestion.name}")
     if sum(suggestion.name is not None for suggestion in suggestions) > 1:
@@ -465,14 +468,6 @@ def _head(words: str, style: str = "bold") -> Iterator[Text]:
     yield Text(words, style=style)
 
 
-def _wrapped(words: str, columns: int, style: str = "dim") -> Iterator[Text]:
+def _wrapped(words: str, indent: int, columns: int, style: str = "dim") -> Iterator[Text]:
     """Yield the words in lines of limited width; names are never broken."""
-    lines = wrap(
-        words,
-        _COLUMNS,
-        initial_indent=" " * columns,
-        subsequent_indent=" " * (columns + 2),
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-    yield from (Text(line, style=style) for line in lines)
+    yield from (Text(line, style=style) for line in wrapped(words, columns, " " * indent, indent + 2))

@@ -54,12 +54,13 @@ _STYLES = {
 }
 
 
-def explanation_lines(
+def explanation_lines(  # noqa: PLR0913, PLR0917 - what closing found, and how it is shown
     explanations: Sequence[Explanation],
     model: BehaviorModel,
     files: Mapping[str, str],
     command: str,
     ended: Sequence[StageEnd] = (),
+    columns: int = DEFAULT_COLUMNS,
 ) -> Iterator[Text]:
     """Yield all explanations with a blank line between them; each reason appears once.
 
@@ -69,6 +70,7 @@ def explanation_lines(
         files: the file of each case of the suite, by the name of the case.
         command: the `scbm close` command that suggestions extend.
         ended: the stages of closing that ended early.
+        columns: the width of the text.
     """
     writer = _ExplanationText(model, files, command)
     for number, alike in enumerate(_alike(explanations, InstanceFolds.of(model))):
@@ -77,7 +79,7 @@ def explanation_lines(
     assumed = assumptions(model, [each.decided.decision for each in explanations])
     if assumed:
         yield Text()
-        yield from (Text(part, style="dim") for part in wrapped(" ".join(assumed), DEFAULT_COLUMNS, "Assumed: ", 2))
+        yield from (Text(part, style="dim") for part in wrapped(" ".join(assumed), columns, "Assumed: ", 2))
     if any(each.decided.decision is Decision.UNDECIDED for each in explanations):
         yield from ended_lines(ended)
 

@@ -1,0 +1,58 @@
+"""The reports of verbs fit the terminal; only commands to copy and texts of the user may be longer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conftest import Ran
+
+EXAMPLES = Path("examples")
+BEFORE = str(EXAMPLES / "robot_in_the_air" / "before.yaml")
+SHARED = str(EXAMPLES / "robot_in_the_air" / "shared.yaml")
+GRIPPER = str(EXAMPLES / "gripper" / "cell.yaml")
+REPORTS = (
+    ("check", BEFORE),
+    ("check", str(EXAMPLES / "dual_cnc" / "lifted.yaml")),
+    ("test", BEFORE, "--cases", "3"),
+    ("test", BEFORE, "--cases", "3", "--missing"),
+    ("test", BEFORE, "--cases", "1", "--fail-under", "executing=100"),
+    ("close", SHARED),
+    ("close", GRIPPER),
+    ("explain", SHARED, "robot_move_to_home"),
+    ("explain", BEFORE, "gripper_open/disabled"),
+    ("mutate", GRIPPER, "--cases", "2"),
+)
+
+
+def _too_long(ran: Ran, columns: int) -> list[str]:
+    """Return the lines that are longer than the terminal, except for commands, which stand alone on their lines."""
+    lines = [line for line in (*ran.out.splitlines(), *ran.err.splitlines()) if len(line) > columns]
+    return [line for line in lines if not line.strip().startswith("scbm ") or "   " in line.strip()]
+
+
+@pytest.fixture(params=[60, 80])
+def columns(request: pytest.FixtureRequest, scbm: object, monkeypatch: pytest.MonkeyPatch) -> int:  # noqa: ARG001 - `scbm` unsets the variable
+    """Return the width of the terminal, which the environment says."""
+    width: int = request.param
+    monkeypatch.setenv("COLUMNS", str(width))
+    return width
+
+
+@pytest.mark.usefixtures("shared_closings")
+@pytest.mark.parametrize("arguments", REPORTS, ids=" ".join)
+def test_a_report_fits_the_terminal_but_for_commands(
+    arguments: tuple[str, ...], columns: int, scbm: Callable[..., Ran]
+) -> None:
+    ran = scbm(*arguments)
+    assert ran.out
+    assert _too_long(ran, columns) == []
+
+
+def test_the_reports_of_a_store_fit_the_terminal(columns: int, scbm: Callable[..., Ran], tmp_path: Path) -> None:
+    store = str(tmp_path / "st.db")
+    scbm("test", BEFORE, "--cases", "3", "--store", store)
+    for options in ([], ["--missing"], ["--contexts"]):
+        assert _too_long(scbm("report", store, *options), columns) == []
