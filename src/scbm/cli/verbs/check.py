@@ -1,5 +1,7 @@
 """`scbm check`: errors and warnings of model files."""
 
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -63,19 +65,23 @@ def _load(path: Path, *, quiet: bool) -> tuple[BehaviorModel, Places] | dict[str
 def _check(
     path: Path, model: BehaviorModel, places: Places, limits: CheckLimits, bindings: Path | None, *, quiet: bool
 ) -> dict[str, Any]:
-    out, warnings = results(), list(places.warnings)
+    out, doubts, shown = results(), list[Doubt](), list(places.warnings)
     if not quiet:
-        out.diagnostics(warnings)
+        out.diagnostics(shown)
 
     def found(doubt: Doubt) -> None:
-        warnings.append(_warning(doubt, places))
-        if not quiet:
-            out.diagnostics(warnings[-1:])
+        doubts.append(doubt)
+        if not quiet and model.objects is None:  # instances have the same doubts, which are folded when all are known
+            shown.append(_warning(doubt, places))
+            out.diagnostics(shown[-1:])
 
     with activity_display(f"checking {model.name}") as activity:
         checked = check_model(model, limits, found, activity, today())
     if not quiet:
-        out.line(f"{path}: {count_of(warnings) or 'good'}")
+        for warning in _folded(doubts, places) if model.objects is not None else ():
+            shown.append(warning)
+            out.diagnostics([warning])
+        out.line(f"{path}: {count_of(shown) or 'good'}")
         for sentence in _summary(model, checked):
             out.prose(sentence)
         if checked.unfinished:
@@ -85,7 +91,10 @@ def _check(
     return {
         "file": str(path),
         "errors": [],
-        "warnings": [_json(warning) for warning in warnings],
+        "warnings": [
+            *map(_json, places.warnings),
+            *(_json(_warning(doubt, places)) | _origin(doubt, places) for doubt in doubts),
+        ],
         "model": model.name,
         "initial_states": checked.initial_states,
         "reachable": checked.reachable,
@@ -113,8 +122,39 @@ def _check_bindings(path: Path, model: BehaviorModel, *, quiet: bool) -> dict[st
 
 
 def _warning(doubt: Doubt, places: Places) -> Diagnostic:
+    """Return the warning for a doubt; its remedy has the names that the text at its place can use."""
     place, line = places.find(doubt.path)
-    return Diagnostic(doubt.slug, doubt.message, place, doubt.remedy, line, Severity.WARNING)
+    instance, remedy = places.instance(doubt.path), doubt.remedy
+    if instance is not None and remedy is not None:
+        remedy = places.in_entry(remedy, instance)
+    return Diagnostic(doubt.slug, doubt.message, place, remedy, line, Severity.WARNING)
+
+
+def _origin(doubt: Doubt, places: Places) -> dict[str, str]:
+    instance = places.instance(doubt.path)
+    return {} if instance is None else {"origin": instance.entry}
+
+
+def _folded(doubts: Sequence[Doubt], places: Places) -> Iterator[Diagnostic]:
+    """Yield the warnings for doubts; those about instances of one entry that differ only in objects become one."""
+    groups: dict[object, list[Doubt]] = {}
+    for index, doubt in enumerate(doubts):
+        instance = places.instance(doubt.path)
+        key: object = index
+        if instance is not None:
+            alike = places.without_objects(places.in_entry(doubt.message, instance))
+            key = (doubt.slug, doubt.path[0], doubt.path[2:], instance.entry, alike)
+        groups.setdefault(key, []).append(doubt)
+    for first, *others in groups.values():
+        warning, instance = _warning(first, places), places.instance(first.path)
+        count = 1 + len(others)
+        if instance is not None and count == instance.count:
+            number = f" ({count} instances)" if others else ""
+            warning = replace(warning, message=f"{places.in_entry(first.message, instance)}{number}")
+        elif instance is not None and others:
+            number = f"{count} of {instance.count} instances of `{instance.entry}`"
+            warning = replace(warning, message=f"{first.message} ({number})")
+        yield warning
 
 
 def _json(diagnostic: Diagnostic) -> dict[str, Any]:

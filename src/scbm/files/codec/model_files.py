@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.instance_names import EntryInstance
     from scbm.files.yaml.source_text import SourceText
     from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import BehaviorModel, Operation, Waiver
@@ -45,6 +46,7 @@ class Places:
         """Take the expanded tree, the text of the file, and the collector of its errors and warnings."""
         self._document = document
         self._source = source
+        self._report = report
         self._others = report.others
         self.warnings = report.warnings
 
@@ -65,6 +67,22 @@ class Places:
                 break
         source = self._others.get(place.file, self._source)
         return place, source.lines[place.line - 1] if place.line else ""
+
+    def instance(self, path: tuple[int | str, ...]) -> EntryInstance | None:
+        """Return the instance of an entry with parameters that a path leads to or into; `None` if it leads to none."""
+        match path:
+            case str(section), str(name), *_:
+                return self._report.instance_names.instances.get((section, name))
+            case _:
+                return None
+
+    def in_entry(self, text: str, instance: EntryInstance) -> str:
+        """Return a text about an instance with names as its entry can use them."""
+        return self._report.instance_names.in_entry(text, instance)
+
+    def without_objects(self, text: str) -> str:
+        """Return a text that is the same for all instances of an entry: without the names of objects."""
+        return self._report.instance_names.without_objects(text)
 
     def line(self, path: tuple[str, ...]) -> int:
         """Return the line of the model file for a key, or for its nearest ancestor that has a line; at least 1.

@@ -22,7 +22,7 @@ from scbm.files.expansion.stage_keys import LIFTED_SECTIONS, REQUIREMENT_KEYS
 from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
 from scbm.files.language.scope import name_fault
 from scbm.files.spelling import suggestion
-from scbm.files.yaml.instance_names import InstanceNames
+from scbm.files.yaml.instance_names import EntryInstance, InstanceNames
 from scbm.model import Slug
 from scbm.model.variables import (
     CURRENT_NAME,
@@ -33,7 +33,7 @@ from scbm.model.variables import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from scbm.files.expansion.formulas import Formula
     from scbm.files.expansion.node_templates import NodeKind, NodeTemplate
@@ -82,7 +82,7 @@ class _ObjectStage:
         self._incomplete: list[str] = []
 
     def expanded(self) -> YamlNode:
-        self._report.name_instances(lambda: self._names_for({}))
+        self._report.name_instances(self._no_names)
         self._refuse_clashes()
         for section in LIFTED_SECTIONS:
             node = self._document.get(section)
@@ -100,18 +100,22 @@ class _ObjectStage:
 
     def _instance_names(self) -> InstanceNames:
         """Return the names of all instances, with those that come from them, and the entries as they are written."""
-        lifted = {
-            name: written
-            for section, entries in self._entries.items()
-            for entry in entries
-            if entry.key is not None
-            for choice in entry.choices
-            for name, written in _names_from(section, entry.key, joined(choice))
-        }
-        return self._names_for(lifted)
+        lifted: dict[str, str] = {}
+        choices: dict[str, tuple[str, ...]] = {}
+        instances: dict[tuple[str, str], EntryInstance] = {}
+        every = ((section, entry) for section, entries in self._entries.items() for entry in entries)
+        for section, key, chosen in ((section, entry.key, entry.choices) for section, entry in every):
+            if key is None:
+                continue
+            for choice in chosen:
+                names = dict(_names_from(section, key, joined(choice)))
+                lifted |= names
+                choices |= dict.fromkeys(names, choice)
+                instances[section, f"{key.base}{joined(choice)}"] = _instance(key, choice, len(chosen))
+        return replace(self._no_names(), lifted=lifted, choices=choices, instances=instances)
 
-    def _names_for(self, lifted: Mapping[str, str]) -> InstanceNames:
-        return InstanceNames(lifted, frozenset(self._facts.places), frozenset(self._facts.types))
+    def _no_names(self) -> InstanceNames:
+        return InstanceNames(objects=frozenset(self._facts.places), types=frozenset(self._facts.types))
 
     def _refuse_clashes(self) -> None:
         """Note objects that have the name of a variable."""
@@ -318,6 +322,13 @@ def _names_from(section: str, key: LiftedKey, objects: str) -> Iterator[tuple[st
         for suffix in (name.removeprefix(base) for name in _request_names(base)):
             yield f"{base}{objects}{suffix}", f"{base}{suffix}{index}"
         yield f"{base}_failed{objects}", f"{base}_failed{index}"
+
+
+def _instance(key: LiftedKey, choice: tuple[str, ...], count: int) -> EntryInstance:
+    parameters = {
+        each: name for name, each in zip(key.names, choice, strict=True) if name is not None and choice.count(each) == 1
+    }
+    return EntryInstance(f"{key.base}{joined(choice)}", key.base, parameters, count)
 
 
 def _named(key: LiftedKey | None, choice: tuple[str, ...]) -> dict[str, str]:

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 _NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
 _PARAMETER = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _QUOTED = re.compile(r"`([A-Za-z_]\w*)`", re.ASCII)
+_PREFIXES = ("", "start_", "complete_", "fail_")
+"""What the name of an operation, and of its transitions, begins with."""
+
 _LIST = re.compile(r"(?P<head>[a-z ]+: )(?P<names>[\w.]+(?:, [\w.]+)*)(?P<rest>(?:, …)?)", re.ASCII)
 """A list of known names, as `suggestion` makes it."""
 
@@ -37,6 +40,24 @@ class CopiedNames:
 
 
 @dataclass(frozen=True, slots=True)
+class EntryInstance:
+    """One instance of an entry with parameters.
+
+    Attributes:
+        name: the name of the instance, such as `move.r1.b`.
+        entry: the name of the entry, such as `move`.
+        parameters: for each object of the instance the parameter that has it; without objects that several have, and
+            empty for an entry whose parameters have no names.
+        count: the number of instances of the entry.
+    """
+
+    name: str
+    entry: str
+    parameters: Mapping[str, str]
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
 class InstanceNames:
     """The names that an expansion made.
 
@@ -44,11 +65,15 @@ class InstanceNames:
         lifted: the name of an entry as it is written, by the name of each of its instances: `at[robot]` by `at.r1`.
         objects: the objects that names of instances contain.
         types: the types of objects; any other word in place of an object is a parameter.
+        choices: the objects of each instance, by the names that `lifted` has.
+        instances: the instances, by their sections and names.
     """
 
     lifted: Mapping[str, str] = field(default_factory=dict)
     objects: frozenset[str] = frozenset()
     types: frozenset[str] = frozenset()
+    choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    instances: Mapping[tuple[str, str], EntryInstance] = field(default_factory=dict)
 
     def in_text(self, text: str, written: str) -> str:
         """Return a text in which entries stand for their instances.
@@ -72,6 +97,20 @@ class InstanceNames:
     def _shown(self, name: str, written: str) -> str:
         lifted = self.lifted.get(name)
         return name if lifted is None or name in written else lifted
+
+    def in_entry(self, text: str, instance: EntryInstance) -> str:
+        """Return a text about an instance for its entry: `arm_req_trigger.r` for `arm.r1_req_trigger`."""
+        return _NAME.sub(lambda match: self._within(match[0], instance), text)
+
+    def _within(self, name: str, instance: EntryInstance) -> str:
+        if name.endswith(instance.name) and name.removesuffix(instance.name) in _PREFIXES:
+            return f"{name.removesuffix(instance.name)}{instance.entry}"
+        written = self.lifted.get(name)
+        if written is None or not instance.parameters:
+            return name if written is None else written
+        base, _, rest = written.partition("[")
+        index = ".".join(instance.parameters.get(each, each) for each in self.choices[name])
+        return f"{base}.{index}{rest.rpartition(']')[2]}"
 
     def without_objects(self, text: str) -> str:
         """Return a text that is the same for all instances of an entry: without the names of objects."""

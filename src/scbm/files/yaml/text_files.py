@@ -109,17 +109,23 @@ class ErrorCollector:
         """The other files, by the names that places have."""
         return dict(self._others)
 
+    @property
+    def instance_names(self) -> InstanceNames:
+        """The names of instances, made at the first use."""
+        if self._names is None:
+            self._names = self._make_names()
+        return self._names
+
     def add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
         """Note one error. The same error at the same place is noted once: an alias is read as often as it is used.
 
         Raises:
             InputError: the maximum number of errors is reached.
         """
-        if self._names is None:
-            self._names = self._make_names()
+        names = self.instance_names
         instances = self._folded.get((place.file, place.line))
         lifted = self._as_written(message, place, is_lifted=True)
-        key = (place, slug, lifted if instances is None else self._names.without_objects(lifted))
+        key = (place, slug, lifted if instances is None else names.without_objects(lifted))
         if key in self._found:
             self._found[key].count += 1
             return
