@@ -16,7 +16,7 @@ from scbm.cases.trace import End
 from scbm.model import PlanState
 from scbm.model.sources import outside_groups
 from scbm.planning import PlanCache, Planner, Solved, Unsolvable
-from scbm.planning.engines.transition_system import influencing
+from scbm.planning.engines.transition_system import influencing, may_leave
 from scbm.running import Program
 from scbm.running.lifecycle import OperationMove, PlanEffect
 from scbm.running.micro_steps import (
@@ -254,7 +254,10 @@ class WithheldChanges:
 
     @cached_property
     def _read(self) -> int:
-        """The bits of the variables that guards or goals read, and of what actions on these read."""
+        """The bits of the variables that decide about steps: read by guards or goals, or about to leave their domain.
+
+        And the bits of the variables that actions on these read.
+        """
         model, packing = self._model, self._program.packing
         names = dict.fromkeys(v.name for v in model.running_space if v.role.is_runner)
         for resource in model.resources:
@@ -265,6 +268,7 @@ class WithheldChanges:
             names |= dict.fromkeys(goal.reads())
         changes = [(tuple(action.target for action in each.actions), each.guard.reads()) for each in model.environment]
         actions = [*model.actions, *(action for each in model.environment for action in each.actions)]
+        names |= dict.fromkeys(action.target for action in actions if may_leave(action, model.running_space))
         names = influencing(names, [*changes, *(((action.target,), action.reads()) for action in actions)])
         return sum(packing[name].mask for name in names)
 

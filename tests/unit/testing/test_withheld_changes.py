@@ -73,6 +73,14 @@ def test_a_model_that_waits_for_what_nothing_outside_brings_has_to_recover() -> 
     assert failures(model, plain(model)) == ["recovers"]
 
 
+def test_a_full_counter_that_no_guard_reads_keeps_a_person_from_helping() -> None:
+    full = ACKNOWLEDGED.replace("[fault <- false]", "[fault <- false, pushes += 1]")
+    for domain, failed in (("0..1", ["recovers"]), ("0..2", [])):
+        counter = f"variables:\n  pushes: {{domain: {domain}, initial: 1}}\n"
+        model = read_model(full.replace("variables:\n", counter))
+        assert failures(model, plain(model)) == failed
+
+
 def test_a_person_who_acts_and_does_not_help_changes_nothing() -> None:
     model = read_model(ACKNOWLEDGED.replace("gr: reset == pressed", "gr: done == true") + PERSON)
     drawn = next(case for case in RandomCases(model).first(1, seed=1))
