@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -437,3 +438,56 @@ def test_a_binding_that_names_a_variable_without_its_index_is_wrong_there() -> N
         read_model(HEAD.replace("  on:", "  seen[robot]: {domain: bool, initial: false}\n  on:") + text)
     wrong = [each.place.line for each in raised.value.diagnostics if each.slug is Slug.WRONG_INDEX]
     assert wrong == [25]
+
+
+# hints
+
+
+HINTED = """behavior_model: hinted
+types: {robot: [r1, r2], section: [s1, s2]}
+variables:
+  cmd[robot]: {domain: bool, initial: false}
+  direction[section]: {domain: bool, initial: false}
+resources:
+  arm[r in robot]: {request: [cmd.r]}
+  signal: {request: [direction.s1]}
+operations:
+  go[r in robot]: {request: arm.r, with: {cmd.r: true}, guard: cmd.r == false}
+  show: {request: signal, with: {direction.s1: true}}
+  cross[s in section]: {pre: {g: direction.s == true}, post: {g: true}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        (", with: {cmd.r: true}", ""),
+        (", with: {direction.s1: true}", ""),
+        ("[direction.s1]", "[direction[section]]"),
+        ("[cmd.r]", "[cmd[r]]"),
+        ("cmd.r == false", "cmd == false"),
+        ("cmd.r == false", "cmd.r"),
+        ("cmd.r == false", "cmmd.r == false"),
+        ("direction.s == true", "direction[section] == true"),
+        ("direction.s == true", "s"),
+    ],
+)
+def test_a_hint_can_be_written_where_it_is_given(right: str, wrong: str) -> None:
+    """The first quoted text of the remedy is put in place of the underlined text, or beside the key."""
+    read_model(HINTED)
+    text = HINTED.replace(right, wrong, 1)
+    with pytest.raises(InputError) as raised:
+        read_model(text)
+    (found,) = raised.value.diagnostics
+    hint = (found.remedy or "").split("`")[1]
+    lines = text.splitlines()
+    line = lines[found.place.line - 1]
+    begin = found.place.column - 1
+    end = begin + found.place.length
+    if found.slug is Slug.MISSING_KEY:
+        lines[found.place.line - 1] = f"{line[:begin]}{hint}, {line[begin:]}"
+    elif found.slug is Slug.YAML_SYNTAX:
+        lines[found.place.line - 1] = re.sub(r"\w+\[\w+\]", hint, line)
+    else:
+        lines[found.place.line - 1] = f"{line[:begin]}{hint}{line[end:]}"
+    read_model("\n".join(lines))

@@ -164,6 +164,13 @@ class LiftedScope:
         if not facts.is_whole:
             note(Slug.UNKNOWN_OBJECT, "", begin, end)
             return
+        if word in facts.types:
+            alike = [name for name, own in self.kinds.items() if own == word]
+            example = next(iter((*alike, *facts.objects(word))), None)
+            remedy = f"write for example `{example}`" if example is not None else None
+            message = f"`{word}` is a type, and here stands a parameter or an object"
+            note(Slug.UNKNOWN_OBJECT, message, begin, end, remedy)
+            return
         known = [*self.parameters, *(facts.places if kind is None else facts.objects(kind))]
         remedy = suggestion(word, known, "parameters and objects here are")
         note(Slug.UNKNOWN_OBJECT, f"there is no parameter or object `{word}`", begin, end, remedy)
@@ -250,9 +257,10 @@ class LiftedScope:
     def refuse_missing_index(self, indexed: IndexedName, begin: int, end: int, note: NoteFault) -> None:
         """Note a name that needs an index and has none."""
         names = {kind: name for name, kind in self.kinds.items()}
-        parts = [names.get(kind, kind) for kind in indexed.kinds]
+        known = zip(indexed.kinds, indexed.objects, strict=True)
+        parts = [names.get(kind) or next(iter(objects), kind) for kind, objects in known]
         message = f"`{indexed.shown}` needs an index here"
-        remedy = f"write for example `{indexed.base}[{', '.join(parts)}]` or `{'.'.join((indexed.base, *parts))}`"
+        remedy = f"write for example `{'.'.join((indexed.base, *parts))}` or `{indexed.base}[{', '.join(parts)}]`"
         note(Slug.WRONG_INDEX, message, begin, end, remedy)
 
 

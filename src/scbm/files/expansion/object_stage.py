@@ -158,7 +158,8 @@ class _ObjectStage:
         if key is not None:
             conditions += self._guard_conditions(node, scope)
             lifted.choices = self._choices(section, key, conditions)
-            self._report.fold_lines(entry.place, last_line(entry.node), len(lifted.choices))
+            parameters = {kind: name for name, kind in reversed(key.parameters.items())}
+            self._report.fold_lines(entry.place, last_line(entry.node), len(lifted.choices), parameters)
             if not lifted.choices:
                 self._warn_of_no_instance(key)
         return lifted

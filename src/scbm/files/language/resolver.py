@@ -268,13 +268,16 @@ class Resolver:
     def _refuse_two_values(self, tree: SyntaxTree, left: object, right: object) -> None:
         """Note a comparison without a variable; name the word that was probably meant to be one."""
         for side, child in ((left, _child(tree, 0)), (right, _child(tree, 2))):
-            if isinstance(side, _Word) and (side is left or not self.scope.has(side.name)):
-                if side is left and self.scope.has(side.name) and isinstance(right, _Word):
+            if isinstance(side, _Word) and (side is left or not self._is_value(side.name)):
+                if side is left and self._is_value(side.name) and isinstance(right, _Word):
                     continue  # `home == robot_ta`: the other side is the mistake, unless it is a value too
                 self._unknown_variable(side.name, *extent(child))
                 return
         message = "this compares two values and no variable"
         self.complain(Slug.COMPARES_NO_VARIABLE, message, *extent(tree))
+
+    def _is_value(self, name: str) -> bool:
+        return self.scope.has(name) or self.scope.is_object(name)
 
     def _constant(self, term: Term | _Word, other: Reference, tree: SyntaxTree) -> Constant | None:
         """Return the term as a value of the variable that it is compared with or assigned to."""

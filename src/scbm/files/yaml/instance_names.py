@@ -15,6 +15,7 @@ _QUOTED = re.compile(r"`([A-Za-z_]\w*)`", re.ASCII)
 _PREFIXES = ("", "start_", "complete_", "fail_")
 """What the name of an operation, and of its transitions, begins with."""
 
+_INDEX = re.compile(r"(?P<base>[\w.]+)\[(?P<kinds>[^\]]+)\](?P<rest>.*)", re.ASCII)
 _LIST = re.compile(r"(?P<head>[a-z ]+: )(?P<names>[\w.]+(?:, [\w.]+)*)(?P<rest>(?:, …)?)", re.ASCII)
 """A list of known names, as `suggestion` makes it."""
 
@@ -75,18 +76,29 @@ class InstanceNames:
     choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     instances: Mapping[tuple[str, str], EntryInstance] = field(default_factory=dict)
 
-    def in_text(self, text: str, written: str) -> str:
+    def in_text(self, text: str, written: str, parameters: Mapping[str, str] | None = None) -> str:
         """Return a text in which entries stand for their instances.
 
         Args:
             text: a message or a remedy.
             written: the line that it is about; an instance that is named there keeps its name.
+            parameters: of a remedy, a parameter for each type: what it says to write can be written in this entry.
         """
         listed = _LIST.fullmatch(text)
         if listed is not None:
             names = dict.fromkeys(self._shown(name, written) for name in listed["names"].split(", "))
             return f"{listed['head']}{', '.join(names)}{listed['rest']}"
+        if parameters is not None:
+            return _NAME.sub(lambda match: self._usable(match[0], written, parameters), text)
         return _NAME.sub(lambda match: self._shown(match[0], written), text) if self.lifted else text
+
+    def _usable(self, name: str, written: str, parameters: Mapping[str, str]) -> str:
+        """Return the name of an instance with parameters in place of its objects, if there is one for each type."""
+        index = _INDEX.fullmatch(self._shown(name, written))
+        kinds = [part.split()[-1] for part in index["kinds"].split(",")] if index is not None else []
+        if index is None or not all(kind in parameters for kind in kinds):
+            return name
+        return f"{'.'.join((index['base'], *(parameters[kind] for kind in kinds)))}{index['rest']}"
 
     def with_parameter(self, text: str, underlined: str) -> str:
         """Return a text with a parameter in place of its object, if the parameter alone is underlined."""

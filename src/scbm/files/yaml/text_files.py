@@ -59,12 +59,15 @@ class ErrorCollector:
         self._users: dict[str, Place] = {}
         self._found: dict[tuple[Place, Slug, str], _NotedError] = {}
         self._folded: dict[tuple[str, int], int] = {}
+        self._parameters: dict[tuple[str, int], Mapping[str, str]] = {}
         self._names: InstanceNames | None = InstanceNames()
         self._make_names: Callable[[], InstanceNames] = InstanceNames
         self._copies: dict[str, CopiedNames] = {}
         self._warnings: dict[Diagnostic, None] = {}
 
-    def fold_lines(self, first: Place, last: int, instances: int = 0) -> None:
+    def fold_lines(
+        self, first: Place, last: int, instances: int = 0, parameters: Mapping[str, str] | None = None
+    ) -> None:
         """Take the lines from `first` to the number `last` for those of one lifted entry.
 
         Its instances have the same errors in other words: each is noted once.
@@ -73,8 +76,11 @@ class ErrorCollector:
             first: where the entry begins.
             last: the number of its last line.
             instances: the number of its instances, if that is known.
+            parameters: a parameter of the entry for each type, for remedies.
         """
-        self._folded |= dict.fromkeys(((first.file, line) for line in range(first.line, last + 1)), instances)
+        lines = [(first.file, line) for line in range(first.line, last + 1)]
+        self._folded |= dict.fromkeys(lines, instances)
+        self._parameters |= dict.fromkeys(lines, parameters or {})
 
     def name_instances(self, make_names: Callable[[], InstanceNames]) -> None:
         """Write names of entries for those of their instances in all further errors.
@@ -129,7 +135,7 @@ class ErrorCollector:
         if key in self._found:
             self._found[key].count += 1
             return
-        shown = None if remedy is None else self._as_written(remedy, place, is_lifted=instances is not None)
+        shown = None if remedy is None else self._remedy_as_written(remedy, place, is_lifted=instances is not None)
         copies = self._copies.get(place.file)
         number = (1 if instances is None else instances) * (len(copies.prefixes) if copies is not None else 1)
         first = self._diagnostic(slug, message, place, remedy)
@@ -150,6 +156,13 @@ class ErrorCollector:
             text = self._names.with_parameter(text, line[place.column - 1 :][: place.length])
         copies = self._copies.get(place.file)
         return text if copies is None else copies.in_text(text)
+
+    def _remedy_as_written(self, remedy: str, place: Place, *, is_lifted: bool) -> str:
+        """Return a remedy with names that can be written where the error is."""
+        if self._names is not None and is_lifted:
+            parameters = self._parameters.get((place.file, place.line), {})
+            remedy = self._names.in_text(remedy, self._source_line(place) or "", parameters)
+        return self._as_written(remedy, place, is_lifted=False)
 
     def _source_line(self, place: Place) -> str | None:
         lines = self._others[place.file].lines if place.file in self._others else self._source_lines
@@ -182,6 +195,7 @@ class ErrorCollector:
         copied._users.update(self._users)
         copied._found.update((key, replace(noted)) for key, noted in self._found.items())
         copied._folded.update(self._folded)
+        copied._parameters.update(self._parameters)
         copied._names = self._names
         copied._make_names = self._make_names
         copied._copies = self._copies

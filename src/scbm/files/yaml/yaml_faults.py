@@ -179,12 +179,21 @@ def _unclosed_bracket(fault: _Fault) -> Diagnostic:
         remedy = "a `,` or a `:` is missing before it, or the value needs quotes"
     index = _INDEX.match(fault.source.text, len(fault.source.text[: fault.index].rstrip(_WORD_CHARACTERS)))
     if fault.character == "[" and index is not None:
-        dotted = ".".join((index[1], *(part.strip() for part in index[2].split(","))))
+        words = (_object_for(part.strip(), fault.source.text) for part in index[2].split(","))
+        dotted = ".".join((index[1], *words))
         instead = f"`{dotted}`, or put the value into quotes"
         if fault.source.text[index.end() :].lstrip(" ").startswith(":"):  # a key declares a name with its parameters
             instead = f'`"{index[0]}"`, with quotes'
         remedy = f"write {instead}: `[` begins a list here"
     return fault.diagnostic(f"expected `,` or `{closer}`", fault.index, remedy)
+
+
+def _object_for(word: str, text: str) -> str:
+    """Return the first object of a type, and any other word itself: an index in an expression is no type."""
+    begin = re.search(r"(?m)^types:", text)
+    declared = re.compile(rf"(?<![\w.]){re.escape(word)}:\s*(?:\{{\s*objects:\s*)?\[\s*(\w+)")
+    match = declared.search(text, begin.end()) if begin is not None else None
+    return word if match is None else match[1]
 
 
 _WORD_CHARACTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_."

@@ -8,7 +8,7 @@ from scbm.files.codec.key_types import ACTIONS, NAME_NODE, VALUE, NamesType, pre
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest, suggestion
-from scbm.model import Slug
+from scbm.model import Slug, format_value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,6 +68,11 @@ class HandshakeKeys(Keys):
                 remedy = "add `request: <resource>`, or write `pre` and `post`"
                 self.reader.add(Slug.MISSING_KEY, message, self.place(key), remedy)
 
+    def _value_of(self, name: str) -> str:
+        """Return a value that a variable can have, as it is written."""
+        variable = self.reader.scope.variables.get(name)
+        return name if variable is None else format_value(variable.initial)
+
     def _refuse_odd_payload(self, resource: str, carried: tuple[str, ...]) -> None:
         """Note what `with` has too much, else what it misses."""
         entries = self.with_ or ()
@@ -76,6 +81,8 @@ class HandshakeKeys(Keys):
             if entry.name in self.reader.scope.variables:
                 message = f"requests to `{resource}` do not carry `{entry.name}`"
                 remedy = suggestion(entry.name, carried, "they carry")
+                if remedy is None and "." in entry.name:  # it may be one of several instances
+                    remedy = f"list the variable under `request` of `{resource}`, or leave it out here"
                 remedy = remedy or f"add `request: [{entry.name}]` to the resource"
                 self.reader.add(Slug.UNKNOWN_VARIABLE, message, entry.place, remedy)
         given = [entry.name for entry in entries]
@@ -83,8 +90,8 @@ class HandshakeKeys(Keys):
         if missing and not odd and isinstance(self.node.at(("with",)).plain, dict):
             shown = ", ".join(f"`{name}`" for name in missing)
             message = f"requests to `{resource}` carry {shown}, and `with` has no value for it"
-            remedy = (
-                f"write `with: {{{missing[0]}: <value>}}`; `{missing[0]}: {missing[0]}` sends the value that it has"
-            )
+            listed = ", ".join(f"{name}: {self._value_of(name)}" for name in missing)
+            remedy = f"add `{listed}` to `with`" if self.has("with") else f"write `with: {{{listed}}}`"
+            remedy = f"{remedy}; `{missing[0]}: {missing[0]}` sends the value that it has"
             place = self.place("with" if self.has("with") else "request")
             self.reader.add(Slug.MISSING_KEY, message, place, remedy)
