@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from functools import wraps
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 import typer.core
@@ -19,6 +19,11 @@ from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from typer._click import Context
+
+_USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
+"""The class of errors of command lines, whose package depends on the version of typer."""
 
 _GROUPS = {
     "import": "Read a model in the format of another tool.",
@@ -67,23 +72,63 @@ def _application(arguments: list[str], begin: Callable[[], None]) -> typer.Typer
         sentence = inspect.getdoc(command)  # typer cuts off what it takes from a docstring itself
         add = (groups[group] if group else application).command
         epilog = f"Documentation: {_PAGE}#scbm-{verb.replace(' ', '-')}"
-        add(name, cls=VerbCommand, short_help=sentence, epilog=epilog)(_exiting(command, begin))
+        add(name, cls=_Verb, short_help=sentence, epilog=epilog)(_exiting(command, begin))
     for name, group_application in groups.items():
         if not asked or asked[0].startswith(f"{name} "):
             application.add_typer(group_application, name=name)
     if asked:
-        _refuse_repeated(typer.main.get_command(application), asked[0].split(), arguments)
+        _refuse_repeated(typer.main.get_command(application), asked[0], arguments)
     return application
 
 
-def _refuse_repeated(command: object, verb: list[str], arguments: list[str]) -> None:
-    """Raise `InputError` for options with one value that are given twice: typer would take the last."""
-    for word in verb:
+class _Verb(VerbCommand):
+    """A verb that says which verbs have an option that it does not have."""
+
+    def parse_args(self, ctx: Context, args: list[str]) -> list[str]:
+        """Parse the arguments. The error for an option of another verb says which verb that is, and what to write."""
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except _USAGE_ERROR as error:
+            if hasattr(error, "possibilities"):
+                _name_other_verbs(error, ctx.command_path.partition(" ")[2], given)
+            raise
+
+
+def _name_other_verbs(error: Any, verb: str, arguments: list[str]) -> None:  # noqa: ANN401 - see `_USAGE_ERROR`
+    """Let the error for an unknown option name the verbs that have it, if any, in place of similar options."""
+    from scbm.cli.options.misplaced_options import misplaced_option  # noqa: PLC0415 - a good run needs none
+
+    message = misplaced_option(error.option_name, verb, arguments, _options_by_verb())
+    if message is not None:
+        error.message, error.possibilities = message, ()
+
+
+def _options_by_verb() -> dict[str, tuple[str, ...]]:
+    """Return the names of the options of each verb, in the order of the help."""
+    application = typer.main.get_command(_application([], lambda: None))
+    options = {verb: _options_of(_command_of(application, verb)) for verb in VERBS}
+    return {verb: tuple(name for each in found for name in each.opts) for verb, found in options.items()}
+
+
+def _command_of(application: object, verb: str) -> typer.core.TyperCommand:
+    """Return the command of a verb, which may be in a group."""
+    command = application
+    for word in verb.split():
         assert isinstance(command, typer.core.TyperGroup)  # noqa: S101 - it has options of its own, so it is no command
         command = command.commands[word]
     assert isinstance(command, typer.core.TyperCommand)  # noqa: S101 - verbs are commands
-    options = [p for p in command.params if isinstance(p, typer.core.TyperOption)]
-    given = arguments[len(verb) :]
+    return command
+
+
+def _options_of(command: typer.core.TyperCommand) -> list[typer.core.TyperOption]:
+    return [each for each in command.params if isinstance(each, typer.core.TyperOption)]
+
+
+def _refuse_repeated(application: object, verb: str, arguments: list[str]) -> None:
+    """Raise `InputError` for options with one value that are given twice: typer would take the last."""
+    options = _options_of(_command_of(application, verb))
+    given = arguments[len(verb.split()) :]
     before = given[: given.index("--")] if "--" in given else given
     words = [word.partition("=")[0] for word in before]
     wrong = [
