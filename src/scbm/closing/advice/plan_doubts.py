@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.closing.advice.doubts import Doubt, Unfinished
+from scbm.closing.advice.doubts import Doubt, Unfinished, completes_at_once
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.model import (
     And,
@@ -196,9 +196,9 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
     """Yield a doubt for actions that would leave a domain in a reachable state with their guard (semantics 2.4)."""
     task = exploration.planner.base_task
     for operation in model.operations:
-        if not any(
-            may_leave(action, model.running_space) for half in (operation.pre, operation.post) for action in half.a
-        ):
+        timedout = _planned(operation.timedout, task) if _can_time_out(operation) else ()
+        actions = (*operation.pre.a, *operation.post.a, *timedout)
+        if not any(may_leave(action, model.running_space) for action in actions):
             continue
         here = ("operations", operation.name)
         can_start, can_complete = task.packing.test(operation.pre.g), task.packing.test(operation.post.g)
@@ -207,19 +207,40 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
         started = [state for state in map(task.update(operation.pre.a), enabled) if state is not None]
         done = [state for state in started if can_complete(state)]
         yield from _leaving(operation.post, (*here, "post", "a"), done, task)
+        left = _first_left(timedout, started, task)
+        if left is not None:
+            message = f"`timedout` of {operation.name} would leave a domain where {left}, and the run ends there"
+            remedy = "exclude these values by the guard of the operation, or use `min` or `max`"
+            yield Doubt(Slug.DOMAIN_LEFT, message, (*here, "timedout"), remedy)
+
+
+def _can_time_out(operation: Operation) -> bool:
+    return operation.deadline_ns is not None and not completes_at_once(operation)
 
 
 def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int], task: Task) -> Iterator[Doubt]:
     """Yield a doubt with the first state in which the actions of the transition would leave a domain."""
-    update = task.update(transition.a)
+    left = _first_left(transition.a, states, task)
+    if left is not None:
+        message = f"`a` of {transition.name} would leave a domain where {left}, so it cannot be taken there"
+        yield Doubt(Slug.DOMAIN_LEFT, message, path)
+
+
+def _first_left(actions: Sequence[Action], states: Sequence[int], task: Task) -> str | None:
+    """Return what actions read in the first state in which they would leave a domain; `None` if there is none."""
+    update = task.update(tuple(actions))
     for state in states:
         if update(state) is None:
             values = task.packing.values(state)
-            read = dict.fromkeys(name for action in transition.a for name in action.reads() if name in values)
-            shown = ", ".join(f"{name} == {format_value(values[name])}" for name in read)
-            message = f"`a` of {transition.name} would leave a domain where {shown}, so it cannot be taken there"
-            yield Doubt(Slug.DOMAIN_LEFT, message, path)
-            return
+            read = dict.fromkeys(name for action in actions for name in action.reads() if name in values)
+            return ", ".join(f"{name} == {format_value(values[name])}" for name in read)
+    return None
+
+
+def _planned(actions: Sequence[Action], task: Task) -> tuple[Action, ...]:
+    """Return the actions about variables that the planner knows."""
+    known = [variable.name for variable in task.packing.space]
+    return tuple(each for each in actions if each.target in known and all(name in known for name in each.reads()))
 
 
 def _unreachable(name: str, goal: Predicate, exploration: PlanningExploration) -> Iterator[Doubt | Unfinished]:

@@ -326,3 +326,27 @@ def test_a_state_that_no_action_assigns_is_reported_at_its_source() -> None:
 
     assert found("state") == [("variables", "light", "source")]
     assert found("constant") == found("input") == []
+
+
+_LATE = """\
+behavior_model: late
+variables:
+  n: {domain: 0..2, initial: 0}
+  done: {domain: bool, initial: false}
+resources:
+  arm: {simulation: {latency: 1 s, outcomes: {succeed: 0.9, timeout: 0.1}}}
+operations:
+  move: {request: arm, deadline: 5 s, guard: done == false && n == 2, effects: [done <- true], on_timeout: [n += 1]}
+  step: {pre: {g: n < 2}, post: {g: true, a: [n += 1]}}
+goals: {done: done == true}
+"""
+
+
+def test_a_timeout_that_leaves_a_domain_is_doubtful() -> None:
+    (doubt,) = check_model(read_model(_LATE)).doubts
+    assert (doubt.slug, doubt.path) == (Slug.DOMAIN_LEFT, ("operations", "move", "timedout"))
+
+
+@pytest.mark.parametrize("change", [("n == 2", "n == 1"), ("n += 1]}\n  step", "n <- 0]}\n  step")])
+def test_a_timeout_that_stays_in_its_domain_is_good(change: tuple[str, str]) -> None:
+    assert check_model(read_model(_LATE.replace(*change))).doubts == ()
