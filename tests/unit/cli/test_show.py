@@ -47,6 +47,21 @@ def test_the_size_is_that_of_the_file_and_that_of_the_model(scbm: Scbm) -> None:
     assert text == scbm("show", SHORT, "--expanded").out
 
 
+def test_what_is_written_includes_parts_and_included_files_once(scbm: Scbm, tmp_path: Path) -> None:
+    part = "part: {}\nvariables:\n  {}: {{domain: bool, initial: false}}\n"
+    (tmp_path / "lamp.yaml").write_text(part.format("lamp", "lit"), encoding="utf-8")
+    (tmp_path / "signals.yaml").write_text(part.format("signals", "go"), encoding="utf-8")
+    model = (
+        "behavior_model: cell\ninclude: [signals.yaml]\nparts: {a: {use: lamp.yaml}, b: {use: lamp.yaml}}\n"
+        "variables: {}\noperations: {}\ngoals: {}\n"
+    )
+    (tmp_path / "cell.yaml").write_text(model, encoding="utf-8")
+    shown = json.loads(scbm("show", tmp_path / "cell.yaml", "--json").out)
+    assert shown["files"] == 3
+    assert shown["lines"]["written"] == 6 + 3 + 3
+    assert shown["sections"]["variables"] == {"written": 2, "expanded": 3}
+
+
 def test_sections_without_entries_are_left_out(scbm: Scbm) -> None:
     lines = scbm("show", SHORT).out.splitlines()
     assert ["automatic", "transitions", "2", "6"] in [line.split() for line in lines]

@@ -36,7 +36,7 @@ def command(
 
 
 def _size(text: str, model: BehaviorModel, written_out: str, file: str) -> dict[str, Any]:
-    """Return the numbers of entries and lines, as the file has them and after the expansion."""
+    """Return the numbers of entries and lines, as the files have them and after the expansion."""
     written = count_entries(text, file)
     sections = {
         "variables": model.variables,
@@ -52,10 +52,9 @@ def _size(text: str, model: BehaviorModel, written_out: str, file: str) -> dict[
         "model": model.name,
         "digest": digest_of(model),
         "obligations": Obligations.of(model).counted.bit_count(),
-        "lines": {"written": len(text.splitlines()), "expanded": len(written_out.splitlines())},
-        "sections": {
-            name: {"written": written.get(name, 0), "expanded": len(entries)} for name, entries in sections.items()
-        },
+        "files": written["files"],
+        "lines": {"written": written["lines"], "expanded": len(written_out.splitlines())},
+        "sections": {name: {"written": written[name], "expanded": len(entries)} for name, entries in sections.items()},
         "origins": [
             {"section": origin.section, "name": origin.name, "lifted": origin.lifted} for origin in model.origins
         ],
@@ -69,4 +68,6 @@ def _print(size: dict[str, Any]) -> None:
     for name, counts in {**size["sections"], "lines": size["lines"]}.items():
         if any(counts.values()):
             out.line(f"  {name.replace('_', ' '):23}{counts['written']:9,}{counts['expanded']:10,}")
+    if size["files"] > 1:
+        out.line(f"  written in {size['files']} files, those of parts and included files among them")
     out.line(f"  digest {size['digest']}")

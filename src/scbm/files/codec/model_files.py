@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from hashlib import sha256
 from itertools import islice
@@ -157,11 +158,21 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
     return _read(text, file)[0]
 
 
-def count_entries(text: str, file: str = "model") -> dict[str, int]:
-    """Return the number of entries of each section of a model file as they are written, before their expansion."""
+def count_entries(text: str, file: str = "model") -> Counter[str]:
+    """Return the number of entries of each section as they are written, and the numbers of `lines` and `files`.
+
+    A file that the model includes, or uses as a part, counts once.
+    """
     document, _, report = read_tree(text, file, "model", _START)
+    expand_parts(document, report, PART_KEY_NAMES)
     report.raise_any()
-    return {name: len(section.items) for name, section in document.items.items()}
+    written = Counter({"lines": len(text.splitlines()), "files": 1 + len(report.others)})
+    trees = [document, *(read_tree(each.text, each.file, "part", "")[0] for each in report.others.values())]
+    for name, section in (pair for tree in trees for pair in tree.items.items()):
+        written[name] += len(section.items)
+    for each in report.others.values():
+        written["lines"] += len(each.text.splitlines())
+    return written
 
 
 def files_used_by(path: Path) -> tuple[Path, ...]:
