@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         ObjectListVisits,
         first_missed,
         instances_of,
+        lifted_names,
     )
     from scbm.cases.coverage.obligations import (
         ASSERTED,
@@ -81,6 +82,7 @@ __all__ = [
     "first_missed",
     "growth",
     "instances_of",
+    "lifted_names",
     "only_by",
     "smallest_cover",
     "status_counts_in_words",
@@ -92,7 +94,9 @@ __all__ = [
 __getattr__ = lazy_exports(
     __name__,
     {
-        "lifted_obligations": "InstanceFolds LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of",
+        "lifted_obligations": (
+            "InstanceFolds LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of lifted_names"
+        ),
         "obligations": "ASSERTED COVERABLE KINDS LIFTED STATE_ASPECTS Aspect Figure Obligation Obligations Threshold",
         "set_cover": "Cover smallest_cover",
         "statuses": (

@@ -190,6 +190,13 @@ def instances_of(text: str, model: BehaviorModel, obligations: Obligations) -> I
             yield obligation
 
 
+def lifted_names(model: BehaviorModel, obligations: Obligations) -> tuple[str, ...]:
+    """Return the names of all lifted obligations, then of the entries with parameters that have them."""
+    origins = {(origin.section, origin.name): origin.lifted for origin in model.origins}
+    lifted = [each for each, is_lifted in (lifted_obligation(o, origins) for o in obligations) if is_lifted]
+    return tuple(dict.fromkeys((*map(str, lifted), *(each.subject for each in lifted))))
+
+
 def lifted_obligation(obligation: Obligation, origins: Mapping[tuple[str, str], str]) -> tuple[Obligation, bool]:
     """Return the lifted obligation of a ground one, and whether its entry has parameters.
 

@@ -47,7 +47,7 @@ def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
             wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind}`", place, remedy, text))
         elif percent is None:
             place = Place(FAIL_UNDER, 1, len(text) - len(number) + 1, max(1, len(number)))
-            remedy = "write `90`, or `executing=100`"
+            remedy = f"write for example `{kind}=90`" if equals else "write `90`, or `executing=100`"
             message = f"`{number}` is not a number from 0 to 100"
             wrong.append(Diagnostic(Slug.BAD_OPTION, message, place, remedy, text))
         else:

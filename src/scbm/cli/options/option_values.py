@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import count
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ from scbm.files import Scope, parse_duration, parse_predicate, parse_requirement
 from scbm.model import Diagnostic, InputError, Place, Requirement, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Container, Sequence
 
     from scbm.model import BehaviorModel, Predicate, State
 
@@ -32,6 +33,36 @@ def read_time_limit(time_limit: str | None) -> int | None:
     return time_limit_ns
 
 
+_QUANTIFIER = re.compile(r"(?<![\w.])(forall|exists|count)\s+[A-Za-z_]\w*\s*(?:,|:|in\b)", re.ASCII)
+_INDEXED = re.compile(r"([A-Za-z_][\w.]*)\[\s*(\w+(?:\s*,\s*\w+)*)\s*\](_\w+)?", re.ASCII)
+
+
+def _without_indices(text: str, model: BehaviorModel, option: str) -> str:
+    """Return a text with the names of instances in place of names with an index: `at.r1` for `at[r1]`.
+
+    Raises:
+        InputError: the text has a quantifier, which only model files have.
+    """
+    found = _QUANTIFIER.search(text)
+    if found is not None:
+        message = f"`{found[1]}` is for model files, and this is an option"
+        remedy = "write the comparison for each object, or declare it in the model, as a goal or a requirement"
+        place = Place(option, 1, found.start(1) + 1, len(found[1]))
+        raise InputError([Diagnostic(Slug.PREDICATE_SYNTAX, message, place, remedy, text)])
+    names = Scope.of(model).variables
+    return _INDEXED.sub(lambda index: _instance(index, names), text)
+
+
+def _instance(index: re.Match[str], names: Container[str]) -> str:
+    """Return the name of a variable for its index, which stands before the end of a name of a resource."""
+    objects = ".".join(part.strip() for part in index[2].split(","))
+    base, end = index[1], index[3] or ""
+    usual = f"{base}{end}.{objects}"
+    ends = (suffix for suffix in ("_req_state", "_req_trigger") if f"{base}{end}".endswith(suffix))
+    inner = next((f"{f'{base}{end}'.removesuffix(suffix)}.{objects}{suffix}" for suffix in ends), usual)
+    return inner if inner in names else usual
+
+
 def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
     """Return a goal of the model by its name, or a predicate, which is then its own name. Raise `InputError`."""
     named = model.goal(text)
@@ -42,13 +73,14 @@ def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
         remedy = suggestion(text, names, "its goals are") or "write a predicate, such as `robot_at == home`"
         message = f"the model has no goal `{text}`"
         raise InputError([Diagnostic(Slug.UNKNOWN_GOAL, message, Place("--goal", 1, 1, len(text)), remedy, text)])
+    text = _without_indices(text, model, "--goal")
     predicate = parse_predicate(text, Scope.of(model), file="--goal")
     return str(predicate), predicate
 
 
 def read_state(assignments: Sequence[str], model: BehaviorModel) -> State:
     """Return the nominal state with variables changed by `variable=value`. Raise `InputError` with all errors."""
-    return parse_state(", ".join(assignments), model.space, file="--state")
+    return parse_state(_without_indices(", ".join(assignments), model, "--state"), model.space, file="--state")
 
 
 def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[Requirement, ...]:
@@ -61,7 +93,8 @@ def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[R
     requirements = []
     for sentence in sentences:
         try:
-            requirements.append(Requirement(next(free), parse_requirement(sentence, scope, file="--require")))
+            text = _without_indices(sentence, model, "--require")
+            requirements.append(Requirement(next(free), parse_requirement(text, scope, file="--require")))
         except InputError as error:
             wrong += error.diagnostics
     if wrong:

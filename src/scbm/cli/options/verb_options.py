@@ -61,7 +61,8 @@ FailUnder = Annotated[
     HelpSection.VERDICTS.option(
         FAIL_UNDER,
         metavar="PERCENT",
-        help="Exit with 1 if the visited percentage is lower: `90`, `executing=100`, `coverable=100`, `asserted=80`.",
+        help="Exit with 1 if the visited percentage is lower: `90`, `executing=100`, `lifted=90`, `coverable=100`, "
+        "`asserted=80`.",
     ),
 ]
 Json = Annotated[bool, HelpSection.OUTPUT.option("--json", help="Print JSON.")]

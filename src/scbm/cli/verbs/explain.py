@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from scbm.cases.coverage import Obligation, Obligations, instances_of
+from scbm.cases.coverage import Obligation, Obligations, instances_of, lifted_names
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
@@ -75,7 +75,7 @@ def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
     found = found or tuple(instances_of(text, model, known))
     if found:
         return found
-    names = [*map(str, known), *dict.fromkeys(obligation.subject for obligation in known)]
+    names = [*lifted_names(model, known), *map(str, known), *dict.fromkeys(obligation.subject for obligation in known)]
     message = f"the model has no obligation `{text}`"
     remedy = suggestion(text, names, "the obligations are")
     raise option_error("OBLIGATION", message, remedy, text, Slug.UNKNOWN_OBLIGATION)

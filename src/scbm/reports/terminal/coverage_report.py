@@ -14,6 +14,7 @@ from rich.text import Text
 from scbm.cases.coverage import Aspect, Decision, InstanceFolds, LiftedStatuses, Obligation, Statuses
 from scbm.closing.summaries import aspects_in_words
 from scbm.model import Outcome
+from scbm.model.sources import is_triggered
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
     COLUMNS,
@@ -142,6 +143,8 @@ _UNPLANNED = "no plan needs them: add a goal or an initial state that does"
 _UNDISTURBED = "no case disabled them while next in a plan: add an injection"
 _UNFAILING = "no request fails: force it under `outcomes` of a case, or give it a share in those of the model"
 _ANSWERED = "every request is answered: force `timeout` under `outcomes` of a case, or let `--network` lose messages"
+_UNREQUESTED = "nothing is requested that can fail: only automatic transitions can set them to `failed`"
+_ON_TIME = "nothing is requested: they time out only if their guard under `post` does not hold before the deadline"
 _TIMELESS = "they have no `deadline`, so they never time out"
 _GUARDED = "their guards never held: see above what they wait for"
 _BY_CHANCE = "perhaps by chance: run more cases"
@@ -318,9 +321,9 @@ def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tu
     elif aspect is Aspect.DISABLED:
         advice = [(len(missed), _UNDISTURBED)]
     elif aspect is Aspect.TIMEDOUT and not (_may(campaign, Outcome.TIMEOUT) or setting.loses_messages):
-        advice = [(len(missed) - len(timeless), _ANSWERED)]
+        advice = [(len(missed) - len(timeless), _ANSWERED if _has_requests(campaign) else _ON_TIME)]
     elif aspect is Aspect.FAILED and not _may(campaign, Outcome.FAIL):
-        advice = [(len(missed), _UNFAILING)]
+        advice = [(len(missed), _UNFAILING if _has_requests(campaign) else _UNREQUESTED)]
     else:
         advice = [(len(timed), _GUARDED if aspect is Aspect.TAKEN else _BY_CHANCE)]
     yield from ((count, words) for count, words in advice if count)
@@ -328,6 +331,11 @@ def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tu
 
 def _is_unqueued(obligation: Obligation, coverage: Coverage) -> bool:
     return Obligation(obligation.subject, Aspect.QUEUED) in coverage.missed(Aspect.QUEUED)
+
+
+def _has_requests(campaign: Campaign) -> bool:
+    """Return whether the model requests anything of a resource."""
+    return any(is_triggered(resource, campaign.model) for resource in campaign.model.resources)
 
 
 def _may(campaign: Campaign, outcome: Outcome) -> bool:
