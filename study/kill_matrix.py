@@ -193,10 +193,18 @@ def sample(mutants: Sequence[Mutant], most: int) -> tuple[Mutant, ...]:
     return tuple(mutant for mutant in mutants if mutant.name in kept)
 
 
-def operator_weights(model: BehaviorModel, most: int) -> dict[str, float]:
-    """Return for each operator how many mutants of a model there are for each one in its sample of at most `most`."""
+def operator_weights(model: BehaviorModel, most: int, matrix: KillMatrix | None = None) -> dict[str, float] | None:
+    """Return for each operator how many mutants of a model there are for each one in its sample of at most `most`.
+
+    Returns `None` if the model has not as many mutants as its kill `matrix` says, or not as many of an operator: then
+    it is another model. The text that `scbm` writes for a model may change without that.
+    """
     known = tuple(mutants_of(model))
     drawn = Counter(mutant.operator for mutant in sample(known, most))
+    if matrix is not None:
+        kept = Counter(row.operator for row in matrix.mutants)
+        if matrix.all_mutants != len(known) or any(drawn[name] < count for name, count in kept.items()):
+            return None
     return {name: count / drawn[name] for name, count in Counter(mutant.operator for mutant in known).items()}
 
 

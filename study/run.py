@@ -2,7 +2,8 @@
 
 Writes the kill matrix of each model into `study/results/`, and there `report.md` with all tables, and the plots. A
 model whose kill matrix is there already is not run again. So the report of the results in the repository is made again
-in about a minute, without running any case. If a model has changed since, this is printed.
+in about a minute, without running any case. If the text that `scbm` writes for a model has changed since, the name of
+the model is printed.
 """
 
 from __future__ import annotations
@@ -69,10 +70,11 @@ def _figures(name: str, counts: Counts, suites: int, out: Path) -> ModelFigures 
     matrix = _matrix(subject, model, counts, path_of(name, out))
     if matrix.left:
         return matrix
-    if matrix.digest != digest_of(model):
-        print(f"{name}: the model has changed; remove its kill matrix to run it again", flush=True)
-        return model_figures(matrix, suites)
-    return model_figures(matrix, suites, subject.file_digest(), operator_weights(model, counts.mutants))
+    is_same = matrix.digest == digest_of(model)
+    if not is_same:
+        print(f"{name}: the text that scbm writes has changed; remove its kill matrix to run it again", flush=True)
+    weights = operator_weights(model, counts.mutants, matrix)
+    return model_figures(matrix, suites, subject.file_digest() if is_same else "", weights)
 
 
 def _matrix(subject: Subject, model: BehaviorModel, counts: Counts, path: Path) -> KillMatrix:

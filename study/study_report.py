@@ -284,6 +284,14 @@ def _groups(results: StudyResults) -> Iterator[str]:
             yield from _row(
                 hypothesis.name, words, *(results.over(figure, results.group(g)) for g in (WRITTEN, GENERATED))
             )
+    yield ""
+    yield "What oracles notice in both groups: the share of all mutants, and τ of SCBM-IAS with their number."
+    yield ""
+    yield from _row("oracle", "share, written", "share, generated", "τ, written", "τ, generated")
+    yield _rule(5)
+    for index, name in enumerate(ORACLES):
+        figures = (share_of(index), _tau_of_oracle(index))
+        yield from _row(name, *(results.over(f, results.group(g)) for f in figures for g in (WRITTEN, GENERATED)))
 
 
 def _control(results: StudyResults) -> Iterator[str]:

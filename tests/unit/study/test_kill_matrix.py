@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
-from kill_matrix import ORACLES, OriginalRuns, mutant_row, operator_weights, sample
+from kill_matrix import ORACLES, KillMatrix, MutantRow, OriginalRuns, mutant_row, operator_weights, sample
 from subjects import generated_model
 
 from scbm.testing import RandomCases, Tester
@@ -44,8 +46,22 @@ def test_a_row_says_which_cases_find_a_mutant_by_each_oracle() -> None:
 def test_a_weight_says_how_many_mutants_of_its_operator_one_of_the_sample_stands_for() -> None:
     model, most = generated_model(1), 60
     known = list(mutants_of(model))
+    drawn = sample(known, most)
     weights = operator_weights(model, most)
     assert len(known) > most
-    assert sum(weights[mutant.operator] for mutant in sample(known, most)) == pytest.approx(len(known))
+    assert weights is not None
+    assert sum(weights[mutant.operator] for mutant in drawn) == pytest.approx(len(known))
     assert min(weights.values()) == 1
-    assert set(operator_weights(model, len(known)).values()) == {1}
+    every = operator_weights(model, len(known))
+    assert every is not None
+    assert set(every.values()) == {1}
+
+
+def test_a_model_with_other_mutants_than_its_kill_matrix_has_no_weights() -> None:
+    model, most = generated_model(1), 60
+    known = list(mutants_of(model))
+    rows = tuple(MutantRow(mutant.name, mutant.operator, (0,) * len(ORACLES)) for mutant in sample(known, most))
+    same = KillMatrix("generated-1", "generated", "another digest", mutants=rows, all_mutants=len(known))
+    assert operator_weights(model, most, same) == operator_weights(model, most)
+    assert operator_weights(model, most, replace(same, all_mutants=len(known) + 1)) is None
+    assert operator_weights(model, most, replace(same, mutants=(*rows, rows[0]))) is None

@@ -165,4 +165,7 @@ def test_a_second_run_reads_what_the_first_one_wrote(tmp_path: Path, monkeypatch
 def test_a_model_that_has_changed_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     write_matrix(replace(matrix(1), name="generated-2"), path_of("generated-2", tmp_path))
     run.run(("generated-2",), tmp_path, 1, smoke=True)
-    assert "generated-2: the model has changed; remove its kill matrix to run it again" in capfd.readouterr().out
+    assert (
+        "generated-2: the text that scbm writes has changed; remove its kill matrix to run it again"
+        in capfd.readouterr().out
+    )
