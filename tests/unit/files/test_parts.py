@@ -11,7 +11,7 @@ from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
 from scbm.files.expansion.part_names import NAMED_SECTIONS
 from scbm.files.expansion.parts import SHARED_SECTIONS
-from scbm.model import Diagnostic, Domain, InputError, Variable
+from scbm.model import Diagnostic, Domain, InputError, Slug, Variable
 
 MODEL = """\
 behavior_model: cell
@@ -563,3 +563,15 @@ def test_a_file_that_is_no_part_is_an_error_that_names_its_use(tmp_path: Path) -
     (first, *_) = raised.value.diagnostics
     assert first.place.file == str(tmp_path / "other.yaml")
     assert first.message.endswith(f"(used in {cell}:2)")
+
+
+def test_a_byte_of_a_part_that_is_not_utf8_has_its_place_in_the_part(tmp_path: Path) -> None:
+    (tmp_path / "latin.yaml").write_bytes(b"part: latin\n# caf\xe9\n")
+    model = tmp_path / "model.yaml"
+    model.write_text("behavior_model: m\nparts:\n  one: {use: latin.yaml}\n", encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        load_model(model)
+    (found,) = raised.value.diagnostics
+    assert (found.slug, found.place.file) == (Slug.NOT_UTF8, str(tmp_path / "latin.yaml"))
+    assert (found.place.line, found.place.column) == (2, 6)
+    assert f"used in {model}:3" in found.message

@@ -362,6 +362,10 @@ class PartFiles:
             text = read_file(shown)
         except InputError as error:
             (found,) = error.diagnostics
+            if found.slug is Slug.NOT_UTF8:  # its place is in the part
+                used = f" (used in {named.place.file}:{named.place.line})"
+                self.report.add_found([replace(found, message=f"{found.message}{used}")])
+                return None
             self.report.add(found.slug, f"cannot use `{named.text}`: {found.message}", named.place, found.remedy)
             return None
         try:

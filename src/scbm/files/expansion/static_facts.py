@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from scbm.files.language.grammar import keywords
+from scbm.files.language.scope import name_fault
 from scbm.files.spelling import suggestion
 from scbm.model import Slug
 
@@ -77,7 +78,10 @@ class _FactsReader:
         self._errors = len(report)
 
     def facts(self, types: YamlNode | None, tables: YamlNode | None) -> StaticFacts:
+        rejected = self._rejected(types)
         for name, node in self._entries(types, "types", "{zone: [a, b]}"):
+            self._read_type(name, node)
+        for name, node in rejected.items():  # so that their objects are checked, and uses of their names are no errors
             self._read_type(name, node)
         self._check_parents(types)
         is_whole = len(self._report) == self._errors
@@ -88,6 +92,15 @@ class _FactsReader:
                 self._add(Slug.DUPLICATE_NAME, f"`{name}` is a type, and also a table", _key(tables, name))
             read[name] = self._table(name, node, objects)
         return StaticFacts(objects, read, self._places, is_whole)
+
+    def _rejected(self, types: YamlNode | None) -> dict[str, YamlNode]:
+        """Return the types that cannot have their names, which is noted with the other names."""
+        entries = types.items.items() if types is not None else ()
+        return {
+            name: node
+            for name, node in entries
+            if name_fault(name) is not None or name in QUANTIFIERS or not WORD.fullmatch(name)
+        }
 
     def _entries(self, section: YamlNode | None, key: str, example: str) -> Iterator[tuple[str, YamlNode]]:
         """Yield the entries of a section whose keys are names; note others."""
