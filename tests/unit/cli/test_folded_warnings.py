@@ -1,4 +1,4 @@
-"""`scbm check` warns once about an entry with parameters, in names that the text of the entry can use."""
+"""Mistakes of entries with parameters are told once, in `scbm check`, `scbm close` and `scbm explain`."""
 
 from __future__ import annotations
 
@@ -104,3 +104,12 @@ def test_more_objects_make_no_more_lines(scbm: Scbm, tmp_path: Path) -> None:
         )
         lines.append(len(scbm("check", path).out.splitlines()))
     assert lines[0] == lines[1]
+
+
+def test_suggestions_and_reasons_name_the_entry(scbm: Scbm, model: Path) -> None:
+    explained = scbm("explain", model, "count/failed")
+    assert explained.out.count("Suggested change") == 1
+    assert "count.r1" not in explained.out
+    closed = scbm("close", model).out
+    assert "n[robot] += 1" in closed
+    assert "n.r1 += 1" not in closed

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage.obligations import Aspect, Figure, Obligation, Obligations
@@ -222,16 +223,19 @@ class InstanceFolds:
     Attributes:
         entries: the name of the entry of each instance, by its section and its name.
         counts: the number of instances of each entry, by its section and its name.
+        indexed: the name with its types, such as `at[robot]`, for each instance of a variable or a resource: `at.r1`.
     """
 
     entries: Mapping[tuple[str, str], str]
     counts: Mapping[tuple[str, str], int]
+    indexed: Mapping[str, str] = field(default_factory=dict)
 
     @staticmethod
     def of(model: BehaviorModel) -> InstanceFolds:
         """Return the entries of a model; a model without parameters has none."""
         entries = {(origin.section, origin.name): origin.lifted for origin in model.origins}
-        return InstanceFolds(entries, Counter((section, lifted) for (section, _), lifted in entries.items()))
+        counts = Counter((section, lifted) for (section, _), lifted in entries.items())
+        return InstanceFolds(entries, counts, _indexed_names(model))
 
     def entry_of(self, obligation: Obligation) -> str | None:
         """Return the name of the entry that the subject of an obligation is an instance of; `None` if of none."""
@@ -240,6 +244,17 @@ class InstanceFolds:
     def count(self, entry: str, *, is_automatic: bool) -> int:
         """Return the number of instances of an entry."""
         return self.counts[_SECTIONS[is_automatic], entry]
+
+    def in_entries(self, text: str) -> str:
+        """Return a text with names of entries for those of their instances: `n[robot] += 1` for `n.r1 += 1`."""
+        return _NAME.sub(lambda match: self._entry_name(match[0]), text) if self.entries else text
+
+    def _entry_name(self, name: str) -> str:
+        subject = name.removesuffix(".state")
+        for section in _SECTIONS.values():
+            if (entry := self.entries.get((section, subject))) is not None:
+                return f"{entry}{name.removeprefix(subject)}"
+        return self.indexed.get(name, name)
 
     def folded(self, subjects: Iterable[str], *, is_automatic: bool = False) -> tuple[str, ...]:
         """Return names with instances folded: `move (8)` for all of `move`, `move (5 of 8)` for many, names for few."""
@@ -259,3 +274,45 @@ class InstanceFolds:
         if len(names) == count:
             return [f"{entry} ({count})"]
         return names if len(names) <= _FEW else [f"{entry} ({len(names)} of {count})"]
+
+
+_NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)+", re.ASCII)
+_REQUEST = re.compile(r"_req_(?:state|trigger)\Z", re.ASCII)
+
+
+def _indexed_names(model: BehaviorModel) -> dict[str, str]:
+    """Return the names with types for the instances of variables and resources, their requests included."""
+    if model.objects is None:
+        return {}
+    found: dict[str, tuple[str, tuple[str, ...]]] = {}
+    every = [each for _, objects in model.objects.types for each in objects]
+    for variable in model.running_space:
+        suffix = _REQUEST.search(variable.name)
+        base, *index = variable.name.removesuffix(suffix[0] if suffix else "").split(".")
+        while index and index[0] not in every:
+            base = f"{base}.{index.pop(0)}"
+        if index and all(each in every for each in index):
+            found[variable.name] = (f"{base}{suffix[0] if suffix else ''}", tuple(index))
+    used: dict[tuple[str, int], dict[str, None]] = {}
+    for base, chosen in found.values():
+        for position, each in enumerate(chosen):
+            used.setdefault((base, position), {})[each] = None
+    kinds = {key: _smallest_type(list(objects), model.objects) for key, objects in used.items()}
+    return {
+        name: f"{base}[{', '.join(kinds[base, position] for position in range(len(chosen)))}]"
+        for name, (base, chosen) in found.items()
+    }
+
+
+def _smallest_type(objects: Iterable[str], lists: ObjectLists) -> str:
+    """Return the type that has all of some objects, in its subtypes or itself, and the fewest others."""
+    own, parents = dict(lists.types), dict(lists.parents)
+    sizes: dict[str, list[str]] = {kind: [] for kind in own}
+    for kind, members in own.items():
+        above: str | None = kind
+        while above is not None:
+            sizes.setdefault(above, []).extend(members)
+            above = parents.get(above)
+    wanted = list(objects)
+    fitting = [kind for kind, found in sizes.items() if all(each in found for each in wanted)]
+    return min(fitting, key=lambda kind: len(sizes[kind]), default="\N{HORIZONTAL ELLIPSIS}")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from math import floor
 from shlex import quote
 from textwrap import wrap
@@ -281,7 +282,7 @@ def _decisions(title: str, closing: Closing, decision: Decision, columns: int) -
     more = f", and {beside} queued" if beside else ""
     yield from _head(f"{title}: {len(found) - beside}{more}", "bold red" if decision is Decision.UNDECIDED else "bold")
     folds = InstanceFolds.of(closing.model)
-    for subjects, groups in _grouped(found).items():
+    for subjects, groups in _grouped(found, folds).items():
         yield from _group_lines(subjects, groups, folds, columns)
 
 
@@ -314,18 +315,35 @@ def _remedy_of(end: StageEnd) -> str | None:
     return None if end.option is None else f"{end.option} raises this limit"
 
 
-def _grouped(found: Iterable[Decided]) -> dict[tuple[tuple[str, bool], ...], tuple[tuple[str, str], ...]]:
-    """Return the groups of aspects with their reasons, by the subjects that share them."""
+def _grouped(
+    found: Iterable[Decided], folds: InstanceFolds
+) -> dict[tuple[tuple[str, bool], ...], tuple[tuple[str, str], ...]]:
+    """Return the groups of aspects with their reasons, by the subjects that share them.
+
+    Reasons of instances of one entry that differ only in names of instances are shared.
+    """
     by_subject: dict[tuple[str, bool], dict[str, list[Aspect]]] = {}
     for decided in found:
         obligation = decided.obligation
         reasons = by_subject.setdefault((obligation.subject, obligation.aspect is Aspect.TAKEN), {})
         reasons.setdefault(reason_about_it(decided.reason, obligation.subject), []).append(obligation.aspect)
     alike: dict[tuple[tuple[str, str], ...], list[tuple[str, bool]]] = {}
+    exact: dict[tuple[tuple[str, str], ...], tuple[tuple[str, str], ...]] = {}
     for (subject, is_automatic), reasons in by_subject.items():
         groups = tuple((aspects_in_words(aspects), reason) for reason, aspects in reasons.items())
-        alike.setdefault(groups, []).append((subject, is_automatic))
-    return {tuple(subjects): groups for groups, subjects in alike.items()}
+        folded = tuple((aspects, _folded_reason(reason, folds)) for aspects, reason in groups)
+        alike.setdefault(folded, []).append((subject, is_automatic))
+        exact.setdefault(folded, groups)
+    return {tuple(subjects): folded if len(subjects) > 1 else exact[folded] for folded, subjects in alike.items()}
+
+
+_VISIT = re.compile(r"^\S+(?: visits it after [\d.]+ s|, a case of the suite, visits it)(?=, in a state )")
+"""How a case visits an obligation in a forced state; the case and the time differ between instances."""
+
+
+def _folded_reason(reason: str, folds: InstanceFolds) -> str:
+    """Return a reason that is the same for instances which differ in objects, or in the case that visits them."""
+    return _VISIT.sub("a case visits it", folds.in_entries(reason)) if folds.entries else reason
 
 
 def _group_lines(
@@ -391,7 +409,8 @@ def _suggestions(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     if not suggestions:
         return
     yield from _head("Suggested changes")
-    for suggestion in grouped(suggestions):
+    lifted = (replace(each, text=folds.in_entries(each.text)) if each.name is None else each for each in suggestions)
+    for suggestion in grouped(lifted):
         for words in in_few_words(suggestion.obligations, folds):
             yield from _wrapped(words, 2, setting.columns, "")
         for clause in suggestion.text.split("; "):

@@ -105,7 +105,9 @@ def _alike(explanations: Iterable[Explanation], folds: InstanceFolds) -> Iterato
     for explanation in explanations:
         decided = explanation.decided
         entry = folds.entry_of(decided.obligation)
-        about = decided.reason if entry is None else reason_about_it(decided.reason, decided.obligation.subject)
+        about = decided.reason
+        if entry is not None:
+            about = folds.in_entries(reason_about_it(decided.reason, decided.obligation.subject))
         key = (decided.decision, entry, about) if explanation.visit is None else decided.obligation
         groups.setdefault(key, []).append(explanation)
     yield from groups.values()
@@ -130,6 +132,7 @@ class _ExplanationText:
         is_by_case = decided.case is not None and decided.decision is not Decision.WAIVED
         by = f" by {decided.case}" if is_by_case else ""
         name = str(decided.obligation)
+        is_of_many = len({each.decided.obligation.subject for each in alike}) > 1
         if len(alike) > 1:
             name = ", ".join(in_few_words((each.decided.obligation for each in alike), self._folds))
         yield (
@@ -142,12 +145,14 @@ class _ExplanationText:
                 yield Text(f"  {_sentence(decided.reason)}")
             yield from self._visit(explanation.visit, decided.obligation)
         else:
-            is_of_many = len({each.decided.obligation.subject for each in alike}) > 1
-            of_it = reason_about_it(decided.reason, decided.obligation.subject)
+            of_it = self._folds.in_entries(reason_about_it(decided.reason, decided.obligation.subject))
             yield from self._not_covered(explanation, of_it if is_of_many else decided.reason)
         suggestions: dict[tuple[str, str | None], Suggestion] = {}  # those of instances have the same text
         for suggestion in (suggestion for each in alike for suggestion in each.suggestions):
-            suggestions.setdefault((suggestion.text, suggestion.name), suggestion)
+            text = suggestion.text
+            if is_of_many and suggestion.name is None:
+                text = self._folds.in_entries(text)
+            suggestions.setdefault((text, suggestion.name), replace(suggestion, text=text))
         for suggestion in suggestions.values():
             if suggestion not in self._suggestions:
                 yield from _suggestion(suggestion, self._command)
