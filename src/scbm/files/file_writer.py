@@ -112,7 +112,8 @@ class FileWriter:
         for option, path in outputs.items():
             owner = owners.setdefault(_identity(path), option)
             if owner != option and not path.is_char_device():
-                message = f"{path} is also {'that of ' if owner.startswith('--') else ''}{owner}"
+                both = f"`{option}` and `{owner}` name the same file, {path}"
+                message = both if owner.startswith("--") else f"{path} is also {owner}"
                 yield _bad_output(option, message, "write it to another file")
 
     def _further_inputs(self, outputs: Iterable[Path]) -> Iterator[tuple[Path, str]]:
@@ -199,7 +200,7 @@ def _file_problems(path: Path) -> Iterator[tuple[str, str]]:
     elif path.exists() and _is_database(path):
         yield f"{path} is a database, such as a coverage store", "write to another file"
     elif not parent.is_dir():
-        yield f"there is no directory {path.parent}", "name another, or make it"
+        yield f"there is no directory `{path.parent}`", "name another, or make it"
     elif not os.access(parent, os.W_OK):
         yield f"cannot write into {path.parent}: permission denied", "name another directory"
 

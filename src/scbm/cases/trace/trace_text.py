@@ -90,13 +90,14 @@ def _read_record(line: str, place: Place) -> Record:
     kind = _CLASSES.get(str(written.pop("kind", None)))
     if kind is None:
         raise _bad("a record of an unknown kind", place)
+    record_kind = f"{'an' if kind.kind[0] in 'aeiou' else 'a'} {kind.kind} record"
     names = [name for name in kind.__struct_fields__ if name != _LEFT_OUT or name in written]
     if sorted(written) != sorted(names):
-        raise _bad(f"a {kind.kind} record has the fields {', '.join(names)}", place)
+        raise _bad(f"{record_kind} has the fields {', '.join(names)}", place)
     try:
         record: Record = kind(**{name: _value(name, written[name], kind) for name in names})
     except JsonError as error:
-        raise _bad(f"a {kind.kind} record with a field of the wrong type: {error.message}", place) from None
+        raise _bad(f"{record_kind} with a field of the wrong type: {error.message}", place) from None
     return record
 
 

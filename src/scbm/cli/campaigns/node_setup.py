@@ -101,12 +101,12 @@ def refuse_beyond_reach(suite: Suite, real: Sequence[str], option: str) -> None:
     for written in suite.written:
         if (why := beyond_reach(written.case, suite.model, real)) is not None:
             remedy = "leave this case out, or simulate more resources"
-            wrong.append(Diagnostic(Slug.BEYOND_REACH, f"the case {why}", Place(str(written.path)), remedy))
+            wrong.append(Diagnostic(Slug.BEYOND_REACH, why, Place(str(written.path)), remedy))
     found = ((case.name, beyond_reach(case, suite.model, real)) for case in suite.drawn())
     drawn = [(name, why) for name, why in found if why is not None]
     if drawn:
         name, why = drawn[0]
-        message = f"{len(drawn)} of {len(suite.numbers)} random cases cannot be run: `{name}` {why}"
+        message = f"{len(drawn)} of {len(suite.numbers)} random cases cannot be run, such as `{name}`: {why}"
         remedy = "leave `--network` out, or simulate more resources"
         wrong.append(Diagnostic(Slug.BEYOND_REACH, message, Place(option), remedy))
     if wrong:

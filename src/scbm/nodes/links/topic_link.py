@@ -115,7 +115,7 @@ def read_id(text: object) -> Correlation:
     """Return the request of an id. Raises `NotAMessageError`."""
     match = _ID.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise NotAMessageError("`id` is not that of a request: letters, digits or `_`, a `-`, and a number")
+        raise NotAMessageError("`id` has the wrong form: expected letters, digits or `_`, then `-` and a number")
     return Correlation(match[1], int(match[2]))
 
 

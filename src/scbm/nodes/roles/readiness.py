@@ -54,17 +54,17 @@ class NotReadyError(Exception):
 
 
 def beyond_reach(case: Case, model: BehaviorModel, real: Sequence[str]) -> str | None:
-    """Return what a case demands that real resources cannot do: `says …`, `has …`; `None` if there is nothing.
+    """Return what a case demands that real resources cannot do, as a clause; `None` if there is nothing.
 
     The tester decides nothing for a real resource: only simulated ones carry out the faults of a network.
     """
     subjects = _resources_with_rules(case, model)
     name = next((name for name in real if name in subjects), None)
     if name is not None:
-        return f"decides the outcome of `{name}`, which is real"
+        return f"a case cannot force the outcome of `{name}`: its requests go to a real driver"
     is_alone = all(resource.name in real for resource in model.resources)
     if real and is_alone and case.network != Network():
-        return "has faults of the network, and no resource is simulated that could carry them out"
+        return "a case with faults of the network needs a simulated resource to carry them out"
     return None
 
 

@@ -242,7 +242,7 @@ class TesterNode:
     async def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         """Run a case. Raises `LostError` if it is not finished, `NotBegunError` if it can begin again."""
         if (why := beyond_reach(case, self._model, self.real)) is not None:
-            raise LostError(f"the case {why}")
+            raise LostError(why)
         run = _DirectedRun(self, case, choices, options, self._time_scale)
         self._run = run
         self._warned = ()

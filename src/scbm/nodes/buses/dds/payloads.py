@@ -97,5 +97,5 @@ def decode(type_: MessageType, payload: bytes) -> Scalar:
     except UnicodeDecodeError as error:
         raise BadPayloadError("its string is not UTF-8") from error
     if len(body) - end >= _PADDED_TO:
-        raise BadPayloadError(f"{len(body)} bytes are too many")
+        raise BadPayloadError(f"the payload has {len(body) - end} bytes after its last field")
     return data
