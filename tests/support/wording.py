@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from hashlib import sha256
+from itertools import takewhile
 from pathlib import Path
 from types import TracebackType
 from typing import Generic, TypeVar
@@ -27,6 +28,18 @@ _MAX_HEAD = 120
 def diagnostic_heads(text: str) -> list[str]:
     """Return place, severity and slug of each diagnostic of an output, without its message."""
     return _DIAGNOSTIC.findall(text)
+
+
+def paragraphs(text: str, *words: str) -> list[str]:
+    """Return each line of an output that has one of the words, joined with the lines below that are indented more."""
+    lines = text.splitlines()
+    indents = [len(line) - len(line.lstrip()) if line.strip() else 0 for line in lines]
+    found = []
+    for number, line in enumerate(lines):
+        if any(word in line for word in words):
+            rest = takewhile(lambda each: indents[each] > indents[number], range(number + 1, len(lines)))  # noqa: B023 - used at once
+            found.append(" ".join([line.strip(), *(lines[each].strip() for each in rest)]))
+    return found
 
 
 def shown(value: object) -> str:

@@ -14,7 +14,7 @@ import pytest
 
 from conftest import Ran
 from scbm.testing.mutants import MUTATIONS
-from support.wording import diagnostic_heads
+from support.wording import Wording, diagnostic_heads
 
 GATE = """behavior_model: gate
 variables:
@@ -93,32 +93,32 @@ def test_operators_are_chosen_by_names_and_groups(scbm: Scbm, gate: Path) -> Non
     assert list(data["operators"]) == ["guard-drop", "deadline-none", "deadline-shorter", "deadline-longer"]
 
 
-def test_the_threshold_decides_the_exit_code(scbm: Scbm, gate: Path) -> None:
+def test_the_threshold_decides_the_exit_code(scbm: Scbm, gate: Path, wording: Wording) -> None:
     arguments = ("mutate", gate, gate.with_name("late.yaml"), "--operators", "deadlines")
     assert scbm(*arguments, "--fail-under", "mutants=30").code == 0
     ran = scbm(*arguments, "--fail-under", "mutants=90")
-    assert (ran.code, ran.err) == (1, "33.33 % of the mutants are killed, under 90 %.\n")
+    assert ran.code == 1
+    wording(ran.err)
 
 
-def test_a_threshold_without_mutants_cannot_be_met(scbm: Scbm, gate: Path) -> None:
+def test_a_threshold_without_mutants_cannot_be_met(scbm: Scbm, gate: Path, wording: Wording) -> None:
     ran = scbm("mutate", gate, "--operators", "environment", "--fail-under", "mutants=1")
     assert ran.code == 1
-    assert ran.err == "There are no mutants to kill, so --fail-under mutants=1 cannot be met.\n"
+    wording(ran.err)
 
 
-def test_recorded_results_notice_more(scbm: Scbm, gate: Path) -> None:
+def test_recorded_results_notice_more(scbm: Scbm, gate: Path, wording: Wording) -> None:
     arguments = ("mutate", gate, gate.with_name("late.yaml"), "--operators", "transitions", "--json")
     assert result(scbm(*arguments))["killed"] == 0
     found = {each["name"]: each for each in result(scbm(*arguments, "--oracle", "recorded"))["mutants"]}
-    reason = found["automatic/counts/drop"]["reason"]
-    assert reason.startswith("the run differs from the recorded one in what it visits")
+    wording(found["automatic/counts/drop"]["reason"])
 
 
-def test_cases_that_fail_on_the_model_are_named(scbm: Scbm, gate: Path) -> None:
+def test_cases_that_fail_on_the_model_are_named(scbm: Scbm, gate: Path, wording: Wording) -> None:
     wrong = gate.with_name("wrong.yaml")
     wrong.write_text(LATE.replace("late", "wrong") + "expect: {verdict: aborted}\n", encoding="utf-8")
     ran = scbm("mutate", gate, gate.parent)
-    assert "1 case left out that fails on the model itself: wrong" in ran.out
+    wording(line for line in ran.out.splitlines() if "left out that fail" in line)
     alone = scbm("mutate", gate, wrong)
     assert (alone.code, diagnostic_heads(alone.err)) == (2, ["CASES: error[no-cases]"])
 
@@ -209,7 +209,7 @@ def test_outputs_that_cannot_be_written_are_refused_before_any_mutant_runs(
     ]
 
 
-def test_without_goals_of_the_model_no_mutant_is_proved_equivalent(scbm: Scbm, gate: Path) -> None:
+def test_without_goals_of_the_model_no_mutant_is_proved_equivalent(scbm: Scbm, gate: Path, wording: Wording) -> None:
     gate.write_text(GATE.replace("goals: {opened: door == open}\n", ""), encoding="utf-8")
     case = gate.parent / "late.yaml"
     case.write_text(LATE.replace("goal: opened", "goal: door == open"), encoding="utf-8")
@@ -218,8 +218,8 @@ def test_without_goals_of_the_model_no_mutant_is_proved_equivalent(scbm: Scbm, g
     mutants = result(ran)["mutants"]
     assert {mutant["status"] for mutant in mutants} == {"killed", "undecided"}
     reasons = [mutant.get("reason") for mutant in mutants if mutant["status"] == "undecided"]
-    assert dict.fromkeys(reasons) == {"the model has no goals, and proofs and witnesses are about them": None}
-    assert "proofs are about goals" in ran.err
+    wording(dict.fromkeys(reasons))
+    wording(ran.err)
 
 
 def test_without_a_decision_no_mutant_is_equivalent(scbm: Scbm, gate: Path) -> None:
@@ -255,7 +255,7 @@ def test_witnesses_that_are_there_are_not_written_again(scbm: Scbm, gate: Path) 
     assert (scbm(*arguments).code, scbm(*arguments).code) == (0, 0)
 
 
-def test_witnesses_that_were_edited_stay_as_they_are(scbm: Scbm, gate: Path) -> None:
+def test_witnesses_that_were_edited_stay_as_they_are(scbm: Scbm, gate: Path, wording: Wording) -> None:
     saved = gate.with_name("witnesses")
     arguments = ("mutate", gate, gate.with_name("late.yaml"), "--witnesses", saved)
     assert scbm(*arguments).code == 0
@@ -263,7 +263,8 @@ def test_witnesses_that_were_edited_stay_as_they_are(scbm: Scbm, gate: Path) -> 
     first.write_text(f"{first.read_text()}# seen\n", encoding="utf-8")
     ran = scbm(*arguments)
     assert ran.code == 0
-    assert f"left as they are, with other content: {first.name}\n" in ran.err
+    assert f": {first.name}\n" in ran.err
+    wording(ran.err.replace(first.name, "WITNESS"))
     assert first.read_text().endswith("# seen\n")
 
 
@@ -373,10 +374,10 @@ def test_operations_in_another_order_have_mutants(scbm: Scbm, parted: Path) -> N
     assert list(data["entries"]) == ["shut", "open_door"]
 
 
-def test_what_did_not_change_meets_each_threshold(scbm: Scbm, tracked: Path) -> None:
+def test_what_did_not_change_meets_each_threshold(scbm: Scbm, tracked: Path, wording: Wording) -> None:
     ran = scbm("mutate", tracked, "--cases", 1, "--since", "HEAD", "--fail-under", "mutants=100")
     assert ran.code == 0
-    assert "nothing that has mutants changed since HEAD" in ran.err
+    wording(ran.err)
 
 
 @pytest.mark.parametrize("revision", ["nowhere", "--output=stolen", "HEAD;ls", ""])

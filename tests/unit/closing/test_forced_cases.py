@@ -16,6 +16,7 @@ from scbm.closing.decisions import consequences_of_force, failed_cases
 from scbm.closing.scripts.closing_injections import MAX_INJECTIONS
 from scbm.files import read_case, read_model
 from scbm.testing import Campaign, Tester
+from support.wording import Wording
 
 CELL = """
 behavior_model: cell
@@ -69,11 +70,11 @@ def test_an_emergency_stop_comes_in_mid_motion_and_forces_nothing() -> None:
     assert decisions(closing)["automatic/emergency_stop"] is Decision.COVERED
 
 
-def test_what_is_disabled_by_force_alone_is_proved_and_marked() -> None:
+def test_what_is_disabled_by_force_alone_is_proved_and_marked(wording: Wording) -> None:
     closing = close(CELL)
     assert decisions(closing)["work/disabled"] is Decision.UNCOVERABLE
     (made,) = [made for made in closing.cases if made.forcing is not None]
-    assert made.forcing == "forced from 0.000 s on, as work_waits changes arm_req_state"
+    wording(made.forcing)
     assert [str(each) for each in made.adds_by_force] == ["work/disabled"]
     assert closing.forced == 1
     assert closing.after.figure.percent == 100
@@ -105,12 +106,14 @@ def test_a_requirement_that_any_force_breaks_is_a_consequence_and_no_failure() -
     assert consequence.again == f"again {consequence.name}"
 
 
-def test_the_command_reports_consequences_and_exits_with_0(scbm: Callable[..., Any], tmp_path: Path) -> None:
+def test_the_command_reports_consequences_and_exits_with_0(
+    scbm: Callable[..., Any], tmp_path: Path, wording: Wording
+) -> None:
     file = tmp_path / "cell.yaml"
     file.write_text(CELL + NEVER, encoding="utf-8")
     ran = scbm("close", file)
     assert ran.code == 0
-    assert "Consequences of forced states" in ran.out
+    wording(line for line in ran.out.splitlines() if line.startswith("Consequences"))
     report = json.loads(scbm("close", file, "--json").out)
     assert report["failed"] == []
     (made,) = [case for case in report["cases"] if case["forced_by"] is not None]

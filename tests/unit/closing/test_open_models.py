@@ -15,6 +15,7 @@ from scbm.model import BehaviorModel, Outcome
 from scbm.proofcheck import check_certificate
 from scbm.testing import RandomCases, Tester
 from support.enumeration import enumerate_runs
+from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
 
@@ -96,13 +97,11 @@ def test_the_checker_refuses_a_proof_that_needs_values_which_are_never_sent() ->
         assert check_certificate(replace(certificate, digest=digest_of(wide)), wide) != ()
 
 
-def test_assumptions_name_transitions_shared_resources_and_values_that_never_come() -> None:
+def test_assumptions_name_transitions_shared_resources_and_values_that_never_come(wording: Wording) -> None:
     model = cell(("{measures: [item]}", "{measures: {item: [none, box]}, shared: true}"), environment=NEVER)
     certificates = [certificate for _, certificate in Closer(model).close().certificates]
     found = "\n".join(assumed_by(certificates, model))
-    assert "only environment transitions change these: stop, door." in found
-    assert "Other users may occupy these resources while no request to them is in flight: scanner." in found
-    assert "The resource scanner sends only these for item: none, box." in found
+    wording(found)
     assert "Inputs change" not in found
     assert "Only the model" not in found
 

@@ -26,6 +26,7 @@ from scbm.files.pddl.pddl_task import (
 )
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.planning import Planner, Solved
+from support.wording import Wording, diagnostic_heads
 
 BLOCKS = """(define (domain blocks) (:requirements :strips)
  (:predicates (on ?x ?y) (ontable ?x) (clear ?x) (handempty) (holding ?x))
@@ -122,6 +123,11 @@ def errors_of(task: PddlTask, *groups: str) -> list[str]:
     return [f"{each.place} {each.slug} {each.message}" for each in raised.value.diagnostics]
 
 
+def heads(errors: list[str]) -> list[str]:
+    """Return place and slug of each error."""
+    return [" ".join(each.split()[:2]) for each in errors]
+
+
 def operations(model: BehaviorModel) -> list[str]:
     return [operation.name for operation in model.operations]
 
@@ -146,7 +152,7 @@ def test_groups_that_are_proved_need_no_option() -> None:
     assert imported(proved) == imported(robot_task(), "at").replace(word, "")
 
 
-def test_a_group_without_a_proof_is_a_warning_at_an_action_that_may_add_a_second_value() -> None:
+def test_a_group_without_a_proof_is_a_warning_at_an_action_that_may_add_a_second_value(wording: Wording) -> None:
     domain = "(define (domain d) (:predicates (at ?r ?z))\n (:action move :parameters (?r ?z)\n  :effect (at ?r ?z)))"
     appearing = replace(robot_task(), actions=(PddlLiftedAction("move", (("r", "robot"), ("z", "zone")), (), (AT_Z,)),))
     (warning,) = model_of(appearing, "at.z", domain=domain).warnings
@@ -155,23 +161,23 @@ def test_a_group_without_a_proof_is_a_warning_at_an_action_that_may_add_a_second
         "pddl-group-unproved",
         "warning",
     )
-    reason = "move makes it true without a condition on the value before"
-    assert warning.message == f"nothing proves that `at` holds for one `z` at a time: {reason}"
+    wording(warning.message)
     proved = (InvariantPart("at", (0,), 1), InvariantPart("dirty", (0,), None))
     assert model_of(replace(appearing, invariants=(proved,)), "at.z").warnings == ()
 
 
-def test_a_group_may_have_one_parameter_only() -> None:
-    assert errors_of(robot_task(), "at.r", "at.z")[-1].startswith("--group bad-option `at` has two groups")
+def test_a_group_may_have_one_parameter_only(wording: Wording) -> None:
+    last = errors_of(robot_task(), "at.r", "at.z")[-1]
+    assert heads([last]) == ["--group bad-option"]
+    wording(last)
 
 
-def test_an_action_that_adds_a_value_beside_the_one_that_it_requires_contradicts_a_group() -> None:
+def test_an_action_that_adds_a_value_beside_the_one_that_it_requires_contradicts_a_group(wording: Wording) -> None:
     move = replace(robot_task().actions[0], effects=(PddlEffect(fact("at", R, TO), TRUE),))
     kept = replace(robot_task(), actions=(move,))
-    reason = "it adds a value, and does not delete the value that its precondition requires"
-    assert errors_of(kept, "at") == [
-        f"domain.pddl:3:17 pddl-not-expressible `at` cannot be one variable because of move: {reason}"
-    ]
+    errors = errors_of(kept, "at")
+    assert heads(errors) == ["domain.pddl:3:17 pddl-not-expressible"]
+    wording(errors)
     same = PddlFormula("equals", (FROM, TO))
     together = replace(move, conditions=(*move.conditions, same))
     assert "operations: {}" in imported(replace(kept, actions=(together,)), "at")  # it moves nowhere
@@ -238,19 +244,20 @@ def test_errors_of_the_reader_come_with_those_of_groups_and_ranges() -> None:
     ]
 
 
-def test_an_error_of_the_model_is_reported_at_the_action_of_the_domain() -> None:
+def test_an_error_of_the_model_is_reported_at_the_action_of_the_domain(wording: Wording) -> None:
     made = model_of(robot_task())
     line = 1 + made.text.splitlines().index("  move[r in robot, from in zone, to in zone]:")
     model_error = Diagnostic(Slug.TOO_MANY_INSTANCES, "`move` has too many instances", Place("model.yaml", line + 1, 5))
     moved = made.at_origin(model_error)
-    assert str(moved).startswith("domain.pddl:2:11: error[too-many-instances]: the model would not load: `move` has")
+    assert diagnostic_heads(str(moved)) == ["domain.pddl:2:11: error[too-many-instances]"]
+    wording(moved)
 
 
-def test_a_group_that_holds_twice_at_first_is_refused_where_it_was_asked_for() -> None:
+def test_a_group_that_holds_twice_at_first_is_refused_where_it_was_asked_for(wording: Wording) -> None:
     twice = robot_task(at={("r1", "a"): 1, ("r1", "b"): 1})
-    fault = "`at` cannot be one variable: it holds for a and b at first"
-    assert errors_of(twice, "at") == [f"problem.pddl pddl-not-expressible {fault}"]
-    assert errors_of(twice, "att", "at.q")[0].startswith("--group bad-option `att` is no predicate")
+    errors = [*errors_of(twice, "at"), errors_of(twice, "att", "at.q")[0]]
+    assert heads(errors) == ["problem.pddl pddl-not-expressible", "--group bad-option"]
+    wording(errors)
 
 
 def test_an_effect_with_a_condition_makes_a_case_for_each_answer() -> None:
@@ -268,13 +275,15 @@ def test_an_addition_precedes_a_deletion_of_the_same_fact() -> None:
     assert "move_2.r1.a" in operations(model)
 
 
-def test_conditions_bound_numbers_and_a_range_is_asked_for_otherwise() -> None:
+def test_conditions_bound_numbers_and_a_range_is_asked_for_otherwise(wording: Wording) -> None:
     burning = PddlEffect(fact("fuel"), PddlFormula("number", number=1), "decrease")
     enough = PddlFormula("<=", (PddlFormula("number", number=1), fact("fuel")))
     assert "fuel: {domain: 0..3, initial: 3}" in imported(robot_task(burning, conditions=(enough,)))
     positive = PddlFormula("not", (PddlFormula("equals", (fact("fuel"), PddlFormula("number"))),))
     unbounded = robot_task(burning, conditions=(positive,))
-    assert errors_of(unbounded) == ["domain.pddl:3:38 pddl-not-expressible nothing bounds `fuel`, which move changes"]
+    errors = errors_of(unbounded)
+    assert heads(errors) == ["domain.pddl:3:38 pddl-not-expressible"]
+    wording(errors)
     assert "fuel: {domain: 0..9, initial: 3}" in imported(unbounded, ranges=("fuel=0..9",))
     for wrong in (("fuel=3..0",), ("fuel",), ("fule=0..3",), ("fuel=0..3", "fuel=0..4")):
         with pytest.raises(InputError) as raised:
@@ -294,11 +303,11 @@ def test_functions_that_no_action_changes_are_constants() -> None:
     assert [v.name for v in read_model(text).variables if v.source == "constant"] == ["size.b", "size.a"]
 
 
-def test_functions_that_no_condition_reads_are_left_out() -> None:
+def test_functions_that_no_condition_reads_are_left_out(wording: Wording) -> None:
     cost = PddlEffect(fact("fuel"), PddlFormula("number", number=1), "increase")
     text = imported(robot_task(cost))
-    assert "# Left out, since no condition reads it: fuel" in text
     assert "fuel:" not in text
+    wording([line for line in text.splitlines() if "fuel" in line])
 
 
 def test_a_wrong_place_is_within_its_action() -> None:
@@ -327,16 +336,16 @@ def test_files_become_models_with_plans_of_the_published_length(scbm: Callable[.
     assert refused.err.startswith("--out: error[bad-option]")
 
 
-def test_a_problem_of_another_domain_is_an_error_in_the_problem() -> None:
+def test_a_problem_of_another_domain_is_an_error_in_the_problem(wording: Wording) -> None:
     domain, problem = (
         PddlText("d", "(define (domain Places))"),
         PddlText("p", "(define (problem x)\n (:domain halls) (:init) (:goal (and)))"),
     )
     with pytest.raises(InputError) as raised:
         read_pddl(domain, problem)
-    assert str(raised.value.diagnostics[0]).startswith(
-        "p:2:11: error[bad-pddl]: the problem is one of the domain `halls`"
-    )
+    wrong_domain = str(raised.value.diagnostics[0])
+    assert diagnostic_heads(wrong_domain) == ["p:2:11: error[bad-pddl]"]
+    wording(wrong_domain)
 
 
 @pytest.mark.slow
@@ -382,14 +391,12 @@ def test_deadlines_cover_the_longest_latency_of_their_resource() -> None:
     assert [line for line in own.splitlines() if "deadline" in line] == ["    deadline: 2 s", "    deadline: 120 s"]
 
 
-def test_a_parameter_whose_actions_have_a_resource_already_is_an_error() -> None:
+def test_a_parameter_whose_actions_have_a_resource_already_is_an_error(wording: Wording) -> None:
     texts = PddlText("domain.pddl", PLACES), PddlText("problem.pddl", "")
     with pytest.raises(InputError) as raised:
         imported_model(robot_task(), *texts, PddlImportOptions(("at",), ("robot", "zone", "crane")))
-    assert [each.message for each in raised.value.diagnostics] == [
-        "each action with a parameter `zone` has a resource already, that of `--resource robot`",
-        "no action has a parameter `crane`",
-    ]
+    assert [(str(each.place), each.slug) for each in raised.value.diagnostics] == [("--resource", Slug.BAD_OPTION)] * 2
+    wording(each.message for each in raised.value.diagnostics)
 
 
 def test_a_misspelt_type_of_a_resource_is_suggested() -> None:
@@ -432,28 +439,14 @@ FAULTY_PROBLEM = """(define (problem p) (:domain faulty)
 
 
 @pytest.mark.slow
-def test_all_that_a_model_cannot_express_is_reported_at_once() -> None:
+def test_all_that_a_model_cannot_express_is_reported_at_once(wording: Wording) -> None:
     texts = PddlText("d", FAULTY), PddlText("p", FAULTY_PROBLEM)
     options = PddlImportOptions(("at",), ("crane",), ("load=0..9",))
     with pytest.raises(InputError) as raised:
         imported_model(read_pddl(*texts), *texts, options)
-    found = [(str(each.place), each.message.split(" cannot")[0].split(",")[0]) for each in raised.value.diagnostics]
-    assert found == [
-        ("d:5:3", "derived predicates"),
-        ("d:7:23", "preferences"),
-        ("d:8:27", "nothing bounds `fuel`"),
-        ("d:8:34", "products of functions"),
-        ("d:8:70", "1.5 is no whole number"),
-        ("d:9:60", "the duration of wait depends on `fuel`"),
-        ("d:11:25", "products"),
-        ("d:11:65", "changes that go on with time"),
-        ("p:3:3", "the problem gives no value of `(load a)`"),
-        ("p:3:19", "`at`"),
-        ("p:3:37", "1.5"),
-        ("p:4:4", "facts at given times"),
-        ("p:6:3", "constraints on plans"),
-        ("--resource", "no action has a parameter `crane`"),
-    ]
+    expected = "d:5:3 d:7:23 d:8:27 d:8:34 d:8:70 d:9:60 d:11:25 d:11:65 p:3:3 p:3:19 p:3:37 p:4:4 p:6:3 --resource"
+    assert [str(each.place) for each in raised.value.diagnostics] == expected.split()
+    wording(f"{each.place} {each.message}" for each in raised.value.diagnostics)
 
 
 @pytest.mark.slow
@@ -511,31 +504,36 @@ def test_a_type_above_them_stands_for_either_of_several_types() -> None:
         ("(<= ?duration (- (distance ?a ?b) 20))", "{uniform: [0 s, 70 s]}", "140 s"),
     ],
 )
-def test_durations_are_terms_over_constant_functions(duration: str, latency: str, deadline: str) -> None:
+def test_durations_are_terms_over_constant_functions(
+    duration: str, latency: str, deadline: str, wording: Wording
+) -> None:
     constants = "(:constants a b - place)\n (:functions"
     domain = EITHER.replace("(/ (distance ?a ?b) (speed ?t))", duration).replace("(:functions", constants)
     texts = PddlText("d", domain), PddlText("p", YARD.replace(" a b - place", ""))
     text = imported_model(read_pddl(*texts), *texts, PddlImportOptions()).text
     assert (f"simulation: {{latency: {latency}}}" in text, f"deadline: {deadline}\n" in text) == (True, True)
-    assert "only durations read it: distance" in text
+    assert "distance:" not in text
+    wording([line for line in text.splitlines() if "distance" in line])
     read_model(text)
 
 
 @pytest.mark.parametrize(
-    ("changed", "message"),
+    "changed",
     [
-        (("(= (speed t1) 10) (= (speed t2) 4)", "(= (speed t1) 0)"), "the duration of drive divides by zero"),
-        (("(= (speed t1) 10) (= (speed t2) 4)", ""), "and the problem gives no values for the same objects"),
-        (("(= (distance a b) 90)", "(= (distance a b) -90)"), "the duration of drive is"),
+        ("(= (speed t1) 10) (= (speed t2) 4)", "(= (speed t1) 0)"),
+        ("(= (speed t1) 10) (= (speed t2) 4)", ""),
+        ("(= (distance a b) 90)", "(= (distance a b) -90)"),
     ],
+    ids=["a speed of zero", "no speed", "a negative distance"],
 )
-def test_durations_without_a_value_are_errors_at_the_action(changed: tuple[str, str], message: str) -> None:
+def test_durations_without_a_value_are_errors_at_the_action(changed: tuple[str, str], wording: Wording) -> None:
     domain = EITHER.replace("(/ (distance ?a ?b) (speed ?t))", "(= ?duration (/ (distance ?a ?b) (speed ?t)))")
     texts = PddlText("d", domain), PddlText("p", YARD.replace(*changed))
     with pytest.raises(InputError) as raised:
         imported_model(read_pddl(*texts), *texts, PddlImportOptions())
     (error,) = raised.value.diagnostics
-    assert (str(error.place), message in error.message) == ("d:6:3", True)
+    assert str(error.place) == "d:6:3"
+    wording(error.message)
 
 
 ROADS = """(define (domain roads)

@@ -20,6 +20,7 @@ from scbm.reports.terminal.coverage_report import missing_lines
 from scbm.store import History
 from support.closings import closing_of
 from support.histories import EXAMPLE, history_of
+from support.wording import Wording
 
 TEXT = """behavior_model: doors
 types: {door: [d1, d2, d3]}
@@ -42,14 +43,14 @@ def history(tmp_path_factory: pytest.TempPathFactory) -> History:
     return history_of(Path(file), 1)
 
 
-def test_formats_have_the_lifted_figure(history: History) -> None:
+def test_formats_have_the_lifted_figure(history: History, wording: Wording) -> None:
     assert history.lifted is not None
     assert history.lifted.figure.of == 5
     lifted = history.lifted.figure
     assert lifted.visited == 2
     assert history.coverage.figure.of == 15
     assert f"<title>SCBM-IAS: {history.coverage.figure}, 40.00 % lifted</title>" in badge(history)
-    assert "**40.00 % lifted** (2 of 5): an operation with parameters counts once" in markdown(history)
+    wording(line for line in markdown(history).splitlines() if "40.00 % lifted" in line)
     assert '<property name="lifted" value="40.00 %"/>' in junit_xml(history).replace(" />", "/>")
     assert "<!-- Lifted: 40.00 %, 2 of 5 -->" in cobertura_xml(history)
 
@@ -67,10 +68,10 @@ def _missing(model: BehaviorModel, visited: list[str]) -> list[str]:
     return [line.plain for line in missing_lines(model, coverage, "m.yaml", 100, Statuses.of(coverage))]
 
 
-def test_missing_obligations_of_all_instances_with_one_reason_have_one_line() -> None:
+def test_missing_obligations_of_all_instances_with_one_reason_have_one_line(wording: Wording) -> None:
     lines = _missing(MODEL, [])
     head = lines.index("  op: open_it (3)")
-    assert lines[head + 1].startswith("      ○ every state, queued  in no plan of ")
+    wording(lines[head + 1])
     assert lines[head + 2] == ""
     assert not any("open_it.d2" in line for line in lines)
 
@@ -108,10 +109,9 @@ def test_the_summary_counts_instances_of_many(tmp_path: Path) -> None:
     assert "<details>" not in text
 
 
-def test_the_closing_report_folds_instances_and_has_the_lifted_figure() -> None:
+def test_the_closing_report_folds_instances_and_has_the_lifted_figure(wording: Wording) -> None:
     lines = [line.plain for line in closing_report(closing_of(MODEL), ClosingSetting("doors.yaml"))]
-    assert "  Lifted: 0.00 %, 0 of 5: an operation with parameters counts once" in lines
-    assert "  open_it (3): every state, queued" in lines
+    wording(line for line in lines if "Lifted: " in line or "open_it" in line)
     assert not any("open_it.d2" in line for line in lines)
 
 
@@ -128,9 +128,9 @@ goals:
 """
 
 
-def test_the_closing_report_counts_forced_visits_of_what_is_proved_uncoverable() -> None:
+def test_the_closing_report_counts_forced_visits_of_what_is_proved_uncoverable(wording: Wording) -> None:
     closing = Closer(read_model(ROBOTS)).close()
     assert closing.forced == 2
     lines = [line.plain for line in closing_report(closing, ClosingSetting("arms.yaml"))]
-    assert "  Lifted: 83.33 %, 5 of 6: an operation with parameters counts once" in lines
+    wording(line for line in lines if "Lifted: " in line)
     assert "  move (2): disabled" in lines[lines.index("Proved uncoverable: 4") :]

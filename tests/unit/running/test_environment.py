@@ -23,6 +23,7 @@ from scbm.running.simulation import environment_moves
 from scbm.testing import Execution, RandomCases, Tester
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
+from support.wording import Wording
 
 PRESS = """
 behavior_model: press
@@ -100,7 +101,9 @@ def test_every_draws_again_after_each_time() -> None:
     assert len({round(later - earlier, 6) for earlier, later in pairwise(times)}) > 1
 
 
-def test_too_many_changes_end_a_run_with_an_error_at_the_rate(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_changes_end_a_run_with_an_error_at_the_rate(
+    monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     monkeypatch.setattr(environment_moves, "MAX_CHANGES", 10)
     push = "push: {guard: stop == released, actions: [stop <- pressed], after: 1 ms}"
     pull = "pull: {guard: stop == pressed, actions: [stop <- released], after: 1 ms}"
@@ -111,10 +114,12 @@ def test_too_many_changes_end_a_run_with_an_error_at_the_rate(monkeypatch: pytes
     transition = (push, pull)[diagnostic.message.endswith("`pull`")]
     rate = (PRESS.count("\n") + (push, pull).index(transition) + 1, len("  ") + transition.index("after") + 1)
     assert (diagnostic.place.line, diagnostic.place.column) == rate
-    assert diagnostic.remedy == "make its rates slower, or limit the time of the run with `--time-limit`"
+    wording(diagnostic.remedy)
 
 
-def test_too_many_changes_of_an_input_without_a_rate_are_an_error_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_changes_of_an_input_without_a_rate_are_an_error_of_the_model(
+    monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     monkeypatch.setattr(environment_moves, "MAX_CHANGES", 10)
     unreachable = PRESS.replace("formed <- true, ", "").replace("formed: {", "formed: {source: constant, ")
     model = read_model(unreachable.removesuffix("environment:\n"))
@@ -122,7 +127,7 @@ def test_too_many_changes_of_an_input_without_a_rate_are_an_error_of_the_model(m
         run(model, origin=Origin(1, moves_inputs=True), environment=None, limits=CaseLimits(time_ns=10**15))
     (diagnostic,) = caught.value.diagnostics
     assert str(diagnostic.place) == "press"
-    assert diagnostic.remedy == "limit the time of the run with `--time-limit`"
+    wording(diagnostic.remedy)
 
 
 def test_a_transition_without_a_rate_never_fires() -> None:

@@ -24,6 +24,7 @@ from scbm.store import (
 )
 from scbm.testing.mutants import Assertion, MutantStatus
 from support.stores import cell, results, store
+from support.wording import Wording
 
 MODEL = cell()
 OPERATION = MODEL.operations[0].name
@@ -103,31 +104,31 @@ def test_a_decision_stays_when_a_later_command_has_none(path: Path) -> None:
     assert read_history(path).mutations[0].results == (decided,)
 
 
-def test_the_cases_of_a_result_are_those_of_the_store(path: Path) -> None:
+def test_the_cases_of_a_result_are_those_of_the_store(path: Path, wording: Wording) -> None:
     history = read_history(path)
-    assert history.evidence.why_none == "the store has no results of `scbm mutate`"
+    wording(history.evidence.why_none)
     two = [killed("first", history, notices=False), killed("second", history, notices=False)]
     add(path, suite_of(history, [0, 1]), *two)
-    assert "not about exactly these cases" in read_history(path).evidence.why_none
+    wording(read_history(path).evidence.why_none)
     add(path, suite_of(history, [2]), two[0])
-    assert "do not have all mutants" in read_history(path).evidence.why_none
+    wording(read_history(path).evidence.why_none)
     add(path, suite_of(history, [2]), replace(two[1], noticed=two[1].belongs))
     found = read_history(path).evidence.found
     assert found is not None
     assert [str(entry.obligation) for entry in found.with_answer(Assertion.ASSERTED)] == [f"{OPERATION}/executing"]
 
 
-def test_results_about_other_cases_or_versions_do_not_count(path: Path) -> None:
+def test_results_about_other_cases_or_versions_do_not_count(path: Path, wording: Wording) -> None:
     history = read_history(path)
     suite = suite_of(history, range(3), mutants=1)
     add(path, replace(suite, oracle="recorded"), killed("first", history))
     assert "--oracle recorded" in read_history(path).evidence.why_none
     other = store(path.with_name("other.db"), 1, results(1, 3))
     add(other, replace(suite, made_by="scbm 0.1, operators 0"), killed("first", history))
-    assert "another version of scbm" in read_history(other).evidence.why_none
+    wording(read_history(other).evidence.why_none)
     store(path, 2, results(2, 1))
     add(path, suite, killed("first", history))
-    assert "not about exactly these cases" in read_history(path).evidence.why_none
+    wording(read_history(path).evidence.why_none)
 
 
 def test_stores_combine_in_any_order(path: Path, tmp_path: Path) -> None:

@@ -22,6 +22,8 @@ from predictors import PREDICTORS, SCBM_IAS  # noqa: E402
 from study_report import StudyResults, report  # noqa: E402
 from subjects import CONTROL, GENERATED, WRITTEN  # noqa: E402
 
+from support.wording import Wording  # noqa: E402
+
 OBLIGATIONS = tuple(f"op{number}/{state}" for number in range(8) for state in ("failed", "completed"))
 CASES, CLOSED = 40, 2
 
@@ -95,17 +97,17 @@ def test_chosen_and_completed_suites_find_more() -> None:
         assert model.found["completed"] == pytest.approx([1.0] * 5)
 
 
-def test_a_hypothesis_needs_its_thresholds_and_its_p_value() -> None:
+def test_a_hypothesis_needs_its_thresholds_and_its_p_value(wording: Wording) -> None:
     strong = decided(MODELS)
     assert [name for name, decision in strong.items() if not decision.missed] == ["H1", "H2", "H4", "H5", "H6", "H7"]
     weak = tuple(replace(model, chosen=0.6, shares=(1.0, 0.5, 0.5, 0.7)) for model in MODELS)
     assert decided(weak)["H4"].missed == ("the median is 0.60",)
     missed = decided(weak)["H7"].missed
-    assert missed[:2] == ("the median is 0.70", "the interval begins at 0.70")
+    wording(missed[:2])
     assert "corrected p-value" in missed[2]
 
 
-def test_coverage_has_to_be_better_than_each_rival() -> None:
+def test_coverage_has_to_be_better_than_each_rival(wording: Wording) -> None:
     low = dict.fromkeys(PREDICTORS, (0.2,) * 5) | {SCBM_IAS: (0.9,) * 5}
 
     def against(**taus: tuple[float | None, ...]) -> Decision:
@@ -114,9 +116,9 @@ def test_coverage_has_to_be_better_than_each_rival() -> None:
 
     assert against(rival=(0.2,) * 5).missed == ()
     equal = against(rival=(0.9,) * 5)
-    assert equal.weakest[0] == f"{RIVALS[3]}, fixed number of requests"
-    assert equal.missed[0] == "the interval begins at 0.00"
-    assert against(rival=(None,) * 5).missed == ("too few models have this effect",)
+    assert equal.weakest[0].startswith(f"{RIVALS[3]}, ")
+    (few,) = against(rival=(None,) * 5).missed
+    wording((equal.weakest[0], equal.missed[0], few))
 
 
 def test_files_keep_kill_matrices_and_have_the_same_bytes(tmp_path: Path) -> None:
@@ -128,17 +130,16 @@ def test_files_keep_kill_matrices_and_have_the_same_bytes(tmp_path: Path) -> Non
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
-def test_the_report_has_each_hypothesis_and_each_model() -> None:
+def test_the_report_has_each_hypothesis_and_each_model(wording: Wording) -> None:
     left = replace(matrix(9), left="a random case takes more than 2 s")
     text = report(StudyResults((*MODELS, figures(7, CONTROL)), (left,), 10, 200))
     assert [line.split("|")[1].strip() for line in text.splitlines() if line.startswith("| H") and "p (" not in line][
         :7
     ] == [hypothesis.name for hypothesis in HYPOTHESES]
-    assert "- `model-9` (written) left: a random case takes more than 2 s." in text
+    wording(line for line in text.splitlines() if line.startswith(("- `model-9`", "## ")))
     for model in MODELS:
         assert f"| {model.matrix.name} | {model.matrix.group} | 8 | 16 | 40 | 2 | 17 | 3 | 50 |" in text
         assert model.matrix.digest in text
-    assert "## Deviations from the protocol" in text
 
 
 def test_plots_have_the_same_bytes_and_no_date(tmp_path: Path) -> None:
@@ -162,10 +163,7 @@ def test_a_second_run_reads_what_the_first_one_wrote(tmp_path: Path, monkeypatch
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == first
 
 
-def test_a_model_that_has_changed_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_model_that_has_changed_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str], wording: Wording) -> None:
     write_matrix(replace(matrix(1), name="generated-2"), path_of("generated-2", tmp_path))
     run.run(("generated-2",), tmp_path, 1, smoke=True)
-    assert (
-        "generated-2: the text that scbm writes has changed; remove its kill matrix to run it again"
-        in capfd.readouterr().out
-    )
+    wording(line for line in capfd.readouterr().out.splitlines() if line.startswith("generated-2: "))

@@ -8,6 +8,7 @@ from scbm.cases.coverage import Decision
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.files import read_model
 from scbm.model import GoalOrder, PlanSet
+from support.wording import Wording
 
 CELL = """
 behavior_model: cell
@@ -42,18 +43,12 @@ ANY = "A plan is any sequence of operations that leads to the goal by the planne
 CLOSED = "Only the model and replies to its requests change variables."
 
 
-def test_changes_from_outside_are_named_with_their_sources() -> None:
-    assert assumptions(read_model(CELL), [UNCOVERABLE]) == (
-        SEQUENCE,
-        ANY,
-        "Inputs change to any value, whenever the runner is settled: door.",
-        "From outside the model, only environment transitions change these: stop, visitors.",
-        "The resource scanner may change these without a request: item.",
-        "Other users may occupy these resources while no request to them is in flight: scanner.",
-        "The resource scanner sends only these for item: none, box.",
-        "The resource scanner sends only these for visitors: 0, 1.",
-        "Nothing changes these: limit.",
-    )
+def test_changes_from_outside_are_named_with_their_sources(wording: Wording) -> None:
+    first, second, *outside = assumptions(read_model(CELL), [UNCOVERABLE])
+    assert (first, second) == (SEQUENCE, ANY)
+    named = ["door", "stop, visitors", "item", "scanner", "none, box", "0, 1", "limit"]
+    assert [sentence.rpartition(": ")[2] for sentence in outside] == [f"{each}." for each in named]
+    wording(outside)
 
 
 def test_a_model_without_anything_outside_is_closed() -> None:
