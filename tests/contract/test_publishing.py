@@ -88,7 +88,8 @@ resources:
 DRIVER = """
 import random, sys, time
 from dataclasses import dataclass
-from cyclonedds.core import Policy, Qos
+from threading import Event
+from cyclonedds.core import Listener, Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.pub import DataWriter
@@ -102,12 +103,17 @@ class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
 reliable = Policy.Reliability.Reliable(duration(seconds=2))
 qos = Qos(reliable, Policy.History.KeepAll, Policy.DataRepresentation(use_cdrv0_representation=True))
 participant = DomainParticipant(int(sys.argv[1]))
-estop, curtain = (
-    DataWriter(participant, Topic(participant, f"rt/safety/{name}", String), qos) for name in ("estop", "curtain")
-)
+
+def writer_of(name):
+    matched, listener = Event(), Listener()
+    listener.set_on_publication_matched(lambda writer, status: matched.set())
+    topic = Topic(participant, f"rt/safety/{name}", String)
+    return DataWriter(participant, topic, qos, listener=listener), matched
+
+(estop, estop_matched), (curtain, curtain_matched) = map(writer_of, ("estop", "curtain"))
 print("the driver publishes", flush=True)
-while not all(writer.get_matched_subscriptions() for writer in (estop, curtain)):
-    time.sleep(0.01)
+estop_matched.wait()
+curtain_matched.wait()
 print("the driver is heard", flush=True)
 draw = random.Random(1)
 while True:
