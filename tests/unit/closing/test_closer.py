@@ -373,11 +373,11 @@ def test_what_is_pressed_outside_the_model_is_never_proved_uncoverable(source: s
     assert decision(closing, "automatic/reset_after") is not Decision.UNCOVERABLE
 
 
-def test_what_nothing_presses_is_uncoverable_and_the_proof_says_what_it_assumes() -> None:
+def test_what_nothing_presses_is_uncoverable_and_the_proof_says_what_it_assumes(wording: Wording) -> None:
     model = read_model(STOP_CELL % (", source: constant", ""))
     closing = Closer(model).close()
     assert decision(closing, "automatic/emergency_stop") is Decision.UNCOVERABLE
-    assert "Nothing changes these: estop." in closing.assumptions
+    wording(each for each in closing.assumptions if "estop" in each)
 
 
 def test_a_certificate_about_a_closed_world_proves_nothing_about_an_open_one() -> None:

@@ -43,9 +43,10 @@ def test_reports_show_the_reasons_of_closing(certificate: Path) -> None:
     assert not any(reason in certificate.read_text(encoding="utf-8") for reason in found.values())
 
 
-def test_without_the_file_the_argument_is_named(certificate: Path) -> None:
+def test_without_the_file_the_argument_is_named(certificate: Path, wording: Wording) -> None:
     certificate.with_suffix(".reasons").unlink()
-    assert set(shown(certificate).values()) == {"none of the runs that the certificate is about visits it"}
+    (reason,) = set(shown(certificate).values())
+    wording(reason)
 
 
 def test_a_reason_for_what_is_not_claimed_proves_nothing(certificate: Path) -> None:

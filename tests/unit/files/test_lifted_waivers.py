@@ -12,6 +12,7 @@ import pytest
 
 from scbm.files import load_waivers, read_located, read_model
 from scbm.model import Diagnostic, InputError, Slug, Waiver
+from support.wording import Wording
 
 TEXT = """behavior_model: line
 types:
@@ -127,10 +128,13 @@ def test_what_is_wrong_with_a_waiver_is_one_located_error(
         ("obligation: 'work[m in machine]/failed', where: m != drill", "no instance of `work` has these objects"),
     ],
 )
-def test_a_waiver_for_no_instance_is_warned_of(read: Callable[..., Read], waiver: str, reason: str) -> None:
+def test_a_waiver_for_no_instance_is_warned_of(
+    read: Callable[..., Read], waiver: str, reason: str, wording: Wording
+) -> None:
     waivers, (warning,) = read(waiver)
     assert waivers == ()
-    assert (warning.slug, warning.message) == (Slug.NO_INSTANCE, f"this waiver has no effect: {reason}")
+    assert (warning.slug, warning.message.endswith(f": {reason}")) == (Slug.NO_INSTANCE, True)
+    wording(warning.message)
 
 
 def test_two_waivers_for_instances_are_one_error(read: Callable[..., Read]) -> None:

@@ -11,6 +11,7 @@ from scbm.cases import RecordedGoal, RecordedRun
 from scbm.files import load_model, read_case
 from scbm.files.record_editing import with_record
 from scbm.model import InputError, PlannerIdentity, Slug
+from support.wording import Wording
 
 MODELS = Path(__file__).parents[2] / "models"
 CELL = load_model(MODELS / "cell.yaml")
@@ -106,12 +107,12 @@ def test_a_case_in_braces_keeps_its_braces(text: str, expected: str) -> None:
         "case: one\ngoal: at_box\nrecorded: {end: aborted, order: &names [move]}\nexpect: {order: *names}\n",
     ],
 )
-def test_a_layout_that_does_not_allow_the_edit_is_an_error(text: str) -> None:
+def test_a_layout_that_does_not_allow_the_edit_is_an_error(text: str, wording: Wording) -> None:
     with pytest.raises(InputError) as raised:
         with_record(text, "one.yaml", RUN, CELL)
     (diagnostic,) = raised.value.diagnostics
     assert diagnostic.slug is Slug.WRONG_SHAPE
-    assert "the file is unchanged" in diagnostic.message
+    wording(diagnostic.message)
     assert diagnostic.source_line is not None
     assert "recorded" in diagnostic.source_line
 

@@ -13,6 +13,7 @@ from scbm.cases import Case
 from scbm.closing.mutants.witness_search import differ_only_in_payloads, first_difference
 from scbm.files import read_model
 from scbm.testing import Execution, Tester
+from support.wording import Wording
 
 CELL = """behavior_model: cell
 variables:
@@ -70,15 +71,14 @@ def test_what_only_requests_carry_is_recognized() -> None:
     assert not differ_only_in_payloads(original, run(carrying.replace("light <- lit", "light <- dark")))
 
 
-def test_a_run_that_ends_earlier_has_nothing_more() -> None:
+def test_a_run_that_ends_earlier_has_nothing_more(wording: Wording) -> None:
     original = run(CELL)
     cut = replace(original, trace=replace(original.trace, records=original.trace.records[:-1]))
-    words = first_difference(original, cut, original.case.initial)
-    assert words == '"reached" at 1.000 s on the model, and nothing more on the mutant'
+    wording(first_difference(original, cut, original.case.initial))
 
 
 def test_a_witness_that_passes_is_named_and_saved_with_its_difference(
-    scbm: Callable[..., Ran], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    scbm: Callable[..., Ran], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("cell.yaml").write_text(CELL, encoding="utf-8")
@@ -87,5 +87,7 @@ def test_a_witness_that_passes_is_named_and_saved_with_its_difference(
     words = " ".join(out.split())
     difference = '"go executing, by start_go" at 0.000 s, where the model sets light = lit, and the mutant nothing else'
     (file,) = (path for path in Path("found").iterdir() if difference in path.read_text(encoding="utf-8"))
-    assert "# passes on these mutants, until it has an expectation that they break:" in file.read_text(encoding="utf-8")
-    assert f"{file.stem} shows it, but its recorded result does not: {difference}" in words
+    comments = (line for line in file.read_text(encoding="utf-8").splitlines() if line.startswith("#"))
+    wording(line.replace(file.stem, "WITNESS") for line in comments)
+    assert f": {difference}" in words.partition(f"{file.stem} ")[2]
+    wording(words[words.index(file.stem) : words.index(difference)].replace(file.stem, "WITNESS"))

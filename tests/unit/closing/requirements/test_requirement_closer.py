@@ -184,14 +184,14 @@ goals:
 """
 
 
-def test_a_change_from_outside_is_part_of_the_case() -> None:
+def test_a_change_from_outside_is_part_of_the_case(wording: Wording) -> None:
     model = read_model(OCCUPIED)
     decisions = decide(model)
     found = decided(decisions, "no_orphan")
     assert found.execution is not None
     assert [injection.resource for injection in found.execution.case.injections] == ["lift"]
     assert_small_case_fails(found, model)
-    assert decided(decisions, "recovers").reason == "in all runs in which nothing changes from outside"
+    wording(decided(decisions, "recovers").reason)
 
 
 LAMP = """
@@ -212,14 +212,12 @@ environment:
 """
 
 
-def test_runs_that_wait_for_a_person_are_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_that_wait_for_a_person_are_not_judged(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     waits = ("[current.state <- failed, scan", "[current.state <- failed, light <- blue, scan")
     model = scan_cell(waits, ("gr: light != red", "gr: light == green"), more=ACKNOWLEDGED)
     found = decided(decide(model), "recovers")
-    assert (found.status, found.reason.partition(";")[0]) == (
-        HOLDS,
-        "in all runs that do not wait for a change from outside",
-    )
+    assert found.status == HOLDS
+    wording(found.reason)
     monkeypatch.setattr(withheld_changes, "_MOST_SITUATIONS", 1)
     found = decided(decide(model), "recovers")
     assert (found.status, found.reason.partition(",")[0]) == (UNDECIDED, "a run waits")

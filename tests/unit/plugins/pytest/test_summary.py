@@ -133,15 +133,17 @@ def test_proofs_count_in_what_can_be_covered(
     figure = "100.00 %, 2 of 2" if options else "40.00 %, 2 of 5"
     result.stdout.fnmatch_lines([f"  Of what can be covered: {figure}"])
     (short,) = lines_with(lamp.runpytest("-q", *options), "lamp.yaml: ")
-    assert ("100.00 % of what can be covered" in short) == bool(options)
+    assert ("100.00 % of what" in short) == bool(options)
+    wording(short)
 
 
-def test_a_certificate_of_another_version_does_not_count(lamp: pytest.Pytester) -> None:
+def test_a_certificate_of_another_version_does_not_count(lamp: pytest.Pytester, wording: Wording) -> None:
     write(lamp.path, lamp=CLOSED.replace("a: [on <- true]", "a: [on <- true], gr: on == false"))
     result = lamp.runpytest("--scbm-fail-under=coverable=100", "--scbm-certificates=proofs")
     assert result.ret == 1
-    (first, *_) = lines_with(result, "Certificate that does not count: ")
-    assert first == "  Certificate that does not count: proofs/certificates/runs.json: it is for"
+    (first, *_) = lines_with(result, "Certificate that")
+    assert "proofs/certificates/runs.json" in first
+    wording(first)
 
 
 def test_a_certificate_that_cannot_be_read_is_refused(lamp: pytest.Pytester) -> None:

@@ -16,6 +16,8 @@ from typing import Any
 
 import pytest
 
+from support.wording import Wording, diagnostic_heads
+
 ROOT = Path(__file__).parents[4]
 MODEL = "examples/robot_in_the_air/after.yaml"
 
@@ -98,15 +100,16 @@ def test_a_cluster_gives_the_same_bytes_though_workers_are_killed_and_join(
 
 
 def test_a_scheduler_that_vanishes_is_an_error_and_what_was_joined_is_reported(
-    cluster: Cluster, tmp_path: Path
+    cluster: Cluster, tmp_path: Path, wording: Wording
 ) -> None:
     cluster.worker()
     running = started("--cases", 1_000_000, "--failures", tmp_path, "--cluster", cluster.address)
     cluster.scheduler.kill()
     out, err = running.communicate()
     assert running.returncode == 2
-    assert "Ended by an error after " in out
-    assert "--cluster: error[cluster-unusable]: the scheduler vanished" in err
+    assert "Ended by an error" in out
+    assert "--cluster: error[cluster-unusable]" in diagnostic_heads(err)
+    wording(line for line in err.splitlines() if "error[" in line)
     assert "Traceback" not in err
 
 
@@ -130,23 +133,26 @@ def test_an_interrupted_campaign_leaves_the_cluster_to_others(
     assert again.stdout == scbm("test", MODEL, "--cases", 5).out
 
 
-def test_a_worker_without_scbm_is_an_error(cluster: Cluster, scbm: Callable[..., Any], tmp_path: Path) -> None:
+def test_a_worker_without_scbm_is_an_error(
+    cluster: Cluster, scbm: Callable[..., Any], tmp_path: Path, wording: Wording
+) -> None:
     package = tmp_path / "scbm"
     package.mkdir()
     (package / "__init__.py").write_text("raise ModuleNotFoundError(\"No module named 'scbm'\")\n", encoding="utf-8")
     cluster.worker(PYTHONPATH=str(tmp_path))
     ran = scbm("test", MODEL, "--cases", 10, "--cluster", cluster.address)
     assert ran.code == 2
-    assert "--cluster: error[cluster-unusable]: a worker cannot run the campaign: " in ran.err
-    assert "No module named 'scbm'" in ran.err
+    assert diagnostic_heads(ran.err) == ["--cluster: error[cluster-unusable]"]
+    wording(ran.err)
 
 
-def test_a_cluster_that_is_not_there_is_an_error() -> None:
+def test_a_cluster_that_is_not_there_is_an_error(wording: Wording) -> None:
     for address in ("tcp://127.0.0.1:1", "nothing at all"):
         command = [sys.executable, "-m", "scbm", "test", MODEL, "--cluster", address]
         ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         assert (ran.returncode, ran.stdout) == (2, "")
-        assert "--cluster: error[cluster-unusable]: the scheduler cannot be reached" in ran.stderr
+        assert diagnostic_heads(ran.stderr) == ["--cluster: error[cluster-unusable]"]
+        wording(ran.stderr.split(": ")[:3])  # without what Dask adds
         assert "Traceback" not in ran.stderr
 
 
