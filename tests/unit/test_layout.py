@@ -11,6 +11,7 @@ from tokenize import tokenize
 import pytest
 
 from support.layout_rules import SOURCE, full_folders, repeated_classes, repeated_modules, source_texts
+from support.prose_literals import is_prose, prose_literals
 
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(SOURCE.rglob("*.py"))
@@ -44,6 +45,12 @@ HOUSE_NAMES = frozenset({"tell", "tells", "told", "said", "stranger", "strangers
 
 WITH_HOUSE_WORDS = Path(__file__).with_name("with_house_words.txt")
 """Files that still have some, a line each; a file that has none any more has to leave the list."""
+
+MAX_PROSE_LITERALS = 1
+"""Maximum number of sentences inside the assertions of a test file; golden files have wording."""
+
+WITH_PROSE_LITERALS = Path(__file__).with_name("with_prose_literals.txt")
+"""Test files with more of them, a line each with its number; the numbers may only shrink."""
 
 
 def packages() -> list[str]:
@@ -133,6 +140,38 @@ def test_texts_have_no_house_words(request: pytest.FixtureRequest) -> None:
     new = {name: house_words(texts()[name]) for name in found if name not in known}
     assert new == {}
     assert [name for name in known if name not in found] == [], "these leave the list"
+
+
+@pytest.mark.parametrize(
+    ("text", "is_sentence"),
+    [
+        ("there is no variable `lef`", True),
+        ("m.yaml:3:1: error[wrong-shape]: this key is a list", True),
+        ("m.yaml:3:1: error[wrong-shape]", False),
+        ("door == open && lamp == dark", False),
+        ("case: first\nmodel: cell.yaml\ngoal: scanned\n", False),
+        ("scbm close cell.yaml --out closed", False),
+        ("the median is", False),
+    ],
+)
+def test_sentences_differ_from_data(text: str, *, is_sentence: bool) -> None:
+    assert is_prose(text) == is_sentence
+
+
+def test_assertions_have_few_sentences(request: pytest.FixtureRequest) -> None:
+    """A number in the list that is too large has to shrink; `--update-golden` never raises one."""
+    paths = {path.relative_to(ROOT).as_posix(): path for path in sorted((ROOT / "tests").rglob("test_*.py"))}
+    found = {name: list(prose_literals(path.read_text(encoding="utf-8"))) for name, path in paths.items()}
+    many = {name: texts for name, texts in found.items() if len(texts) > MAX_PROSE_LITERALS}
+    lines = (line.split() for line in WITH_PROSE_LITERALS.read_text(encoding="utf-8").splitlines())
+    known = {name: int(number) for name, number in lines}
+    if request.config.getoption("--update-golden"):
+        known = {name: min(number, len(many[name])) for name, number in known.items() if name in many}
+        WITH_PROSE_LITERALS.write_text(
+            "".join(f"{name} {number}\n" for name, number in known.items()), encoding="utf-8"
+        )
+    assert {name: texts for name, texts in many.items() if len(texts) > known.get(name, 0)} == {}
+    assert [name for name, number in known.items() if len(many.get(name, ())) < number] == [], "these numbers shrink"
 
 
 def test_names_in_code_have_no_house_words() -> None:
