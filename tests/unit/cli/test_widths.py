@@ -11,19 +11,19 @@ from conftest import Ran
 
 EXAMPLES = Path("examples")
 BEFORE = str(EXAMPLES / "robot_in_the_air" / "before.yaml")
-SHARED = str(EXAMPLES / "robot_in_the_air" / "shared.yaml")
 GRIPPER = str(EXAMPLES / "gripper" / "cell.yaml")
+LAMPS = str(Path("tests") / "models" / "valid" / "handshakes.yaml")
 REPORTS = (
     ("check", BEFORE),
     ("check", str(EXAMPLES / "dual_cnc" / "lifted.yaml")),
     ("test", BEFORE, "--cases", "3"),
     ("test", BEFORE, "--cases", "3", "--missing"),
     ("test", BEFORE, "--cases", "1", "--fail-under", "executing=100"),
-    ("close", SHARED),
+    ("close", BEFORE),
     ("close", GRIPPER),
-    ("explain", SHARED, "robot_move_to_home"),
+    ("explain", BEFORE, "robot_move_to_home"),
     ("explain", BEFORE, "gripper_open/disabled"),
-    ("mutate", GRIPPER, "--cases", "2"),
+    ("mutate", LAMPS, "--cases", "2"),
 )
 
 
