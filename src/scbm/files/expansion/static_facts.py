@@ -205,8 +205,19 @@ class _FactsReader:
             if kind not in objects:
                 remedy = suggestion(kind, objects, "the types are")
                 self._add(Slug.UNKNOWN_TYPE, f"there is no type `{kind}`", element.place, remedy)
-        read = [self._row(name, row, kinds, objects) for row in rows.elements]
-        return ObjectTable(name, tuple(kinds), dict.fromkeys(row for row in read if row is not None))
+        places: dict[tuple[str, ...], Place] = {}
+        for node_of_row in rows.elements:
+            row = self._row(name, node_of_row, kinds, objects)
+            if row is not None and row in places:
+                self._refuse_row(name, row, node_of_row.place, places[row])
+            elif row is not None:
+                places[row] = node_of_row.place
+        return ObjectTable(name, tuple(kinds), dict.fromkeys(places))
+
+    def _refuse_row(self, name: str, row: tuple[str, ...], place: Place, first: Place) -> None:
+        """Note a row that is listed twice."""
+        message = f"the row `{', '.join(row)}` of `{name}` is listed twice, first in line {first.line}"
+        self._add(Slug.DUPLICATE_VALUE, message, place, "remove one of them")
 
     def _row(
         self, name: str, row: YamlNode, kinds: list[str], objects: Mapping[str, tuple[str, ...]]
