@@ -31,6 +31,7 @@ from scbm.files.expansion.lifted_parser import LiftedParser
 from scbm.files.expansion.lifted_tokens import text_of
 from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE
 from scbm.files.language.syntax import MAX_CHARACTERS
+from scbm.files.spelling import suggestion
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
 
@@ -181,6 +182,9 @@ class PredicateTemplate(NodeTemplate):
             elements = [YamlNode(None, node.place, condemned=True, end=node.end)]
         for element in elements:
             scalar = _LiftedScalar(element, report, scope.names.limit)
+            if is_static and not element.condemned and not (element.text or "").strip():
+                _refuse_empty(element, report)
+                scalar.is_wrong = True
             self._parts.append((scalar, _parsed(scalar, scope, is_static=is_static)))
 
     def conjuncts(self) -> Iterator[Formula]:
@@ -206,6 +210,13 @@ class PredicateTemplate(NodeTemplate):
         if not left:
             return [text_node("true", self._node.place, self._node.end)]
         return [list_node(left, self._node.place, self._node.end)]
+
+
+def _refuse_empty(node: YamlNode, report: ErrorCollector) -> None:
+    """Note that nothing stands under `where`, or a mapping: that is no condition."""
+    message = "expected a condition under `where`" if isinstance(node.plain, dict) else "an empty condition"
+    remedy = "write for example `where: connected(from, to) && from != to`, or leave out `where`"
+    report.add(Slug.PREDICATE_SYNTAX, message, node.place, remedy)
 
 
 def _unsplit(texts: Sequence[str]) -> str | None:
@@ -328,6 +339,10 @@ class TextTemplate(NodeTemplate):
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
         self._scalar = _LiftedScalar(node, report, scope.names.limit)
         self._parameters = scope.parameters
+        for match in _IN_TEXT.finditer(node.text or "") if scope.parameters else ():
+            if match[1] not in scope.parameters:
+                remedy = suggestion(match[1], scope.parameters, "the parameters here are")
+                self._scalar.note(Slug.UNKNOWN_OBJECT, f"there is no parameter `{match[1]}`", *match.span(1), remedy)
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the text with the names of objects."""
