@@ -18,6 +18,7 @@ TEXT = """behavior_model: line
 types:
   station: [inlet, mill]
   machine: {objects: [drill], of: station}
+  gripper: [jaw]
   gate: []
 tables:
   next: {of: [station, station], rows: [[inlet, mill], [mill, drill]]}
@@ -41,7 +42,9 @@ Read: TypeAlias = tuple[tuple[Waiver, ...], tuple[Diagnostic, ...]]
 
 
 def _entries(*waivers: str) -> str:
-    listed = (f"  - {{{waiver}, reason: 'as {{m}} says', author: Ada, date: 2026-11-20}}\n" for waiver in waivers)
+    reasons = (", reason: as planned" if "reason:" not in waiver else "" for waiver in waivers)
+    pairs = zip(waivers, reasons, strict=True)
+    listed = (f"  - {{{waiver}{reason}, author: Ada, date: 2026-11-20}}\n" for waiver, reason in pairs)
     return "waivers:\n" + "".join(listed)
 
 
@@ -88,7 +91,7 @@ def test_a_waiver_with_parameters_is_for_the_instances_that_it_names(
 
 
 def test_texts_of_a_waiver_name_its_objects(read: Callable[..., Read]) -> None:
-    waivers, _ = read("obligation: 'work[m in machine]/failed'")
+    waivers, _ = read("obligation: 'work[m in machine]/failed', reason: 'as {m} says'")
     assert [each.reason for each in waivers] == ["as drill says"]
 
 
@@ -102,10 +105,22 @@ def test_texts_of_a_waiver_name_its_objects(read: Callable[..., Read]) -> None:
         ("obligation: 'rest[a in station]/failed'", Slug.UNKNOWN_OBLIGATION, "it has none: write `rest/failed`"),
         ("obligation: 'automatic/spindle_failed[m in machine]/failed'", Slug.UNKNOWN_OBLIGATION, None),
         ("obligation: 'move[a in station]/failed'", Slug.WRONG_INDEX, "name a type for each, in their order"),
+        (
+            "obligation: 'move[station, a in gripper]/failed'",
+            Slug.WRONG_INDEX,
+            "the types that fit are: station, machine",
+        ),
         ("obligation: 'move[a in sation, b in station]/failed'", Slug.UNKNOWN_TYPE, "did you mean `station`?"),
         ("obligation: 'work[m in machine]/failed', where: m == dril", Slug.UNKNOWN_OBJECT, "did you mean `drill`?"),
         ("obligation: 'work[m in machine]/failed', where: at == m", Slug.NOT_STATIC, None),
         ("obligation: work/failed, where: drill == drill", Slug.NOT_STATIC, None),
+        ("obligation: 'work[m in machine]/failed', where: ''", Slug.PREDICATE_SYNTAX, None),
+        ("obligation: 'work[m in machine]/failed', where: ", Slug.PREDICATE_SYNTAX, None),
+        (
+            "obligation: 'work[m in machine]/failed', reason: '{m} and {n}'",
+            Slug.UNKNOWN_OBJECT,
+            "the parameters here are: m",
+        ),
         ("obligation: 'work[m in machine/failed'", Slug.BAD_NAME, "write `name[r in robot]`"),
     ],
 )
@@ -116,7 +131,7 @@ def test_what_is_wrong_with_a_waiver_is_one_located_error(
         read("obligation: rest/timedout", waiver)
     (found,) = caught.value.diagnostics
     assert found.slug is slug
-    assert found.place.line == (24 if found.place.file == "model" else 4)
+    assert found.place.line == (25 if found.place.file == "model" else 4)
     assert remedy is None or found.remedy == remedy
 
 

@@ -152,10 +152,10 @@ class _WaiverStage:
             return
         self._report.fold_lines(waiver.place, last_line(waiver))
         chosen = instances if key is None else self._chosen(key, instances, conditions)
-        if not chosen:
+        if chosen is not None and not chosen:
             self._warn_of_no_instance(obligation, base, has_any=bool(instances))
         template = TemplateMaker(scope, self._report).template(node)
-        for choice in chosen:
+        for choice in chosen or ():
             ground = template.node(_named(key, choice))
             yield replace(_renamed(ground, f"{base}{joined(choice)}{rest}"), origin=text)
 
@@ -204,24 +204,44 @@ class _WaiverStage:
 
     def _chosen(
         self, key: LiftedKey, instances: list[tuple[str, ...]], conditions: list[Formula]
-    ) -> list[tuple[str, ...]]:
-        """Return the instances that a key with parameters is for; note too many parameters, and too few."""
+    ) -> list[tuple[str, ...]] | None:
+        """Return the instances that a key with parameters is for; `None` if the key does not fit, which is noted."""
         arity = len(instances[0]) if instances else len(key.kinds)
         if len(key.kinds) != arity:
             count = f"{arity} parameter{'s' if arity != 1 else ''}"
             message = f"`{key.base}` has {count}, and this has {len(key.kinds)}"
             self._report.add(Slug.WRONG_INDEX, message, key.place, "name a type for each, in their order")
-            return []
+            return None
+        if self._has_other_type(key, instances):
+            return None
         try:
             choices = dict.fromkeys(choices_of(key, self._names.facts.types, conditions))
         except TooManyChoices as error:
             remedy = "exclude choices with `where`"
             self._report.add(Slug.TOO_MANY_INSTANCES, f"`{key.shown}` has {error.shown}", key.place, remedy)
-            return []
+            return None
         except LiftedFault as fault:
             self._report.add(fault.slug, fault.message, key.place, fault.remedy)
-            return []
+            return None
         return [choice for choice in instances if choice in choices]
+
+    def _has_other_type(self, key: LiftedKey, instances: list[tuple[str, ...]]) -> bool:
+        """Note each parameter that never is an object of an instance; return whether there is one.
+
+        A waiver beside a model knows the objects of the instances, and not the types that their entry names. So a type
+        fits if it has an object in common with any type of these objects: `where` may exclude what it has itself.
+        """
+        types = self._names.facts.types
+        found = False
+        columns = [dict.fromkeys(column) for column in zip(*instances, strict=False)]
+        for number, (kind, objects) in enumerate(zip(key.kinds, columns, strict=False), start=1):
+            fitting = [name for name, own in types.items() if not objects.keys().isdisjoint(own)]
+            if types[kind] and all(frozenset(types[kind]).isdisjoint(types[name]) for name in fitting):
+                message = f"parameter {number} of `{key.base}` is never a `{kind}`"
+                remedy = suggestion(kind, fitting, "the types that fit are")
+                self._report.add(Slug.WRONG_INDEX, message, key.place, remedy)
+                found = True
+        return found
 
     def _warn_of_no_instance(self, obligation: YamlNode, base: str, *, has_any: bool) -> None:
         reason = f"no instance of `{base}` has these objects" if has_any else f"`{base}` has no instance"
