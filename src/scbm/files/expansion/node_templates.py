@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -393,12 +393,14 @@ class MappingTemplate(NodeTemplate):
             value.expect(instances)
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
-        """Return the mapping."""
+        """Return the mapping; it is incomplete without the entries whose keys have errors."""
         ground = []
         for entry, value, key in self._entries:
-            name = entry.key if key is None else key.node(choice).text or entry.key
-            ground.append(MappingEntry(name, entry.place, value.node(choice), entry.end))
-        return [with_entries(self._node, ground)]
+            name = entry.key if key is None else key.node(choice).text
+            if name is not None:
+                ground.append(MappingEntry(name, entry.place, value.node(choice), entry.end))
+        mapping = with_entries(self._node, ground)
+        return [replace(mapping, incomplete=True) if len(ground) < len(self._entries) else mapping]
 
 
 _TEMPLATES: dict[NodeKind, Callable[[YamlNode, LiftedScope, ErrorCollector], NodeTemplate]] = {

@@ -87,7 +87,8 @@ class HandshakeKeys(Keys):
                 self.reader.add(Slug.UNKNOWN_VARIABLE, message, entry.place, remedy)
         given = [entry.name for entry in entries]
         missing = [name for name in carried if name not in given]
-        if missing and not odd and isinstance(self.node.at(("with",)).plain, dict):
+        written = self.node.at(("with",))
+        if missing and not odd and isinstance(written.plain, dict) and not written.incomplete:
             shown = ", ".join(f"`{name}`" for name in missing)
             message = f"requests to `{resource}` carry {shown}, and `with` has no value for it"
             listed = ", ".join(f"{name}: {self._value_of(name)}" for name in missing)
