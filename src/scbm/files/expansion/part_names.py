@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import (
@@ -16,6 +16,7 @@ from scbm.files.expansion.expanded_nodes import (
     with_entries,
 )
 from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE
+from scbm.files.expansion.static_facts import QUANTIFIERS
 from scbm.files.language.scope import name_fault, reserved_names
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
@@ -69,10 +70,40 @@ _NUMBER = re.compile(r"\s*-?\d+\s*")
 _VARIABLE = re.compile(r"[A-Za-z_][\w.]*(\[[\w\s,]*\])?", re.ASCII)
 """The name of a variable, perhaps with an index."""
 
+_WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+"""The name of an object or a type."""
+
+_BOUND = re.compile(r"[A-Za-z_]\w*(?=\s+in\b|\s*:)", re.ASCII)
+"""A parameter before its type."""
+
+_QUANTIFIER = re.compile(
+    rf"\b(?:{'|'.join(QUANTIFIERS)})\s+((?:[A-Za-z_]\w*(?:\s+in\s|\s*:)\s*\w+\s*,?\s*)+)\.", re.ASCII
+)
+"""A quantifier with its parameters."""
+
+_BEFORE_TYPE = re.compile(rf"\b(?:{'|'.join(QUANTIFIERS)})\s[^.()]*(?:\sin\s|:)\s*\Z")
+"""What stands before the type of a parameter of a quantifier."""
+
+_NO_TYPE = "stands for a type here, and this is no name"
+
 
 def head_of(key: str) -> str:
     """Return the name in the key of an entry, without its index or its parameters."""
     return key.partition("[")[0].rstrip()
+
+
+def parameters_in_key(key: str) -> list[str]:
+    """Return the parameters of an entry, which stand in the brackets of its key."""
+    return _BOUND.findall(key.partition("[")[2])
+
+
+def parameters_in_text(text: str) -> list[str]:
+    """Return the parameters of the quantifiers of a predicate or an action."""
+    return [name for found in _QUANTIFIER.finditer(text) for name in _BOUND.findall(found[1])]
+
+
+def _bound_by(key: str) -> dict[str, str]:
+    return dict.fromkeys(parameters_in_key(key), f"`{key}`")
 
 
 class DeclaredNames:
@@ -102,8 +133,12 @@ class DeclaredNames:
     def __contains__(self, name: object) -> bool:
         if not isinstance(name, str) or name in self._names:
             return name in self._names
+        return name in self._families or self.family_of(name) is not None
+
+    def family_of(self, name: str) -> str | None:
+        """Return the name with an index that a dotted name begins with, such as `at` for `at.r1`; or `None`."""
         ends = (index for index, character in enumerate(name) if character == ".")
-        return name in self._families or any(name[:end] in self._families for end in ends)
+        return next((name[:end] for end in ends if name[:end] in self._families), None)
 
 
 def _keys(part: YamlNode, section: str) -> Iterable[str]:
@@ -120,12 +155,14 @@ class PartCopy:
         declared: the names that the part declares.
         arguments: the node that stands for each parameter.
         report: where errors go: an argument does not fit where its parameter stands.
+        bound: the parameters of the entry that is copied, each with the entry for messages.
     """
 
     prefix: str
     declared: DeclaredNames
     arguments: Mapping[str, YamlNode]
     report: ErrorCollector
+    bound: Mapping[str, str] = field(default_factory=dict)
 
     def section(self, name: str, node: YamlNode) -> YamlNode:
         """Return the copy of a section, whose keys are the names of its entries; without those that cannot be names."""
@@ -135,10 +172,27 @@ class PartCopy:
             (
                 None
                 if name_fault(head_of(entry.key), name) is not None
-                else entry._replace(key=f"{self.prefix}{entry.key}", node=self._copied(entry.node, has_names=has_names))
+                else replace(self, bound=_bound_by(entry.key)).section_entry(entry, has_names=has_names)
                 for entry in entries_of(node)
             ),
         )
+
+    def section_entry(self, entry: MappingEntry, *, has_names: bool) -> MappingEntry | None:
+        """Return the copy of an entry of a section; parameters that stand for types are replaced in its key.
+
+        An argument that is no name of a type is noted; the entry is `None` then.
+        """
+        base, bracket, index = entry.key.partition("[")
+        types = {word: self.arguments[word] for word in _WORD.findall(index) if word in self.arguments}
+        for word, argument in types.items():
+            if argument.text is None or not _WORD.fullmatch(argument.text):
+                message = f"`{word}` {_NO_TYPE}"
+                if not argument.condemned:
+                    self.report.add(Slug.WRONG_SHAPE, message, argument.place, "give the name of a type")
+                return None
+        written = _WORD.sub(lambda word: types[word[0]].text or word[0] if word[0] in types else word[0], index)
+        node = self._copied(entry.node, has_names=has_names)
+        return entry._replace(key=f"{self.prefix}{base}{bracket}{written}", node=node)
 
     def _copied(self, node: YamlNode, *, has_names: bool) -> YamlNode:
         if node.scalar is not None:
@@ -189,7 +243,7 @@ class PartCopy:
         """
         argument = self.arguments.get(key)
         if argument is None:
-            return f"{self.prefix}{key}" if key in self.declared else key
+            return self._indexed_key(key)
         message = _misfit(argument, "", "")
         if message is None and argument.text is not None and _VARIABLE.fullmatch(argument.text):
             return argument.text
@@ -198,6 +252,46 @@ class PartCopy:
             self.report.add(Slug.WRONG_SHAPE, f"`{key}` {message}", argument.place, "give the name of a variable")
         return None
 
+    def _indexed_key(self, key: str) -> str | None:
+        """Return a key that is the name of a variable, perhaps with an index; `None` if an argument is no name."""
+        parts: list[str] = []
+        end = 0
+        for token in _TOKEN.finditer(key):
+            argument = self.arguments.get(token[0])
+            text = self._name(token[0]) if argument is None else argument.text
+            if argument is not None and (text is None or not _VARIABLE.fullmatch(text)):
+                if not argument.condemned:
+                    message = f"`{token[0]}` stands for a name here, and this is none"
+                    self.report.add(Slug.WRONG_SHAPE, message, argument.place, "give one name")
+                return None
+            parts += (key[end : token.start()], text or token[0])
+            end = token.end()
+        return "".join((*parts, key[end:]))
+
+    def _name(self, name: str) -> str | None:
+        """Return a name of the part as the copy has it: with the prefix, and with arguments in a dotted index.
+
+        `None` for a name that the part does not declare, and that begins with no parameter.
+        """
+        if name in self.declared:
+            family = self.declared.family_of(name)
+            if family is None:
+                return f"{self.prefix}{name}"
+            begin, index = f"{self.prefix}{family}", name.removeprefix(f"{family}.")
+        else:
+            head, _, index = name.partition(".")
+            found = self._word(head)
+            if found is None or not index:
+                return None
+            begin = found
+        return ".".join((begin, *(self._word(word) or word for word in index.split("."))))
+
+    def _word(self, name: str) -> str | None:
+        """Return the argument for a parameter that is part of a dotted name; `None` for any other word."""
+        argument = self.arguments.get(name)
+        text = argument.text if argument is not None else None
+        return text if text is not None and _TOKEN.fullmatch(text) else None
+
     def _prefixed(self, node: YamlNode, scalar: Scalar) -> YamlNode:
         """Return the name of a transition with the prefix."""
         pieces = (Piece.instead(self.prefix, scalar, 0, 1), Piece.copy(scalar))
@@ -205,7 +299,9 @@ class PartCopy:
 
     def _copied_scalar(self, node: YamlNode, scalar: Scalar, *, has_names: bool) -> YamlNode:
         if not scalar.style and scalar.text in self.arguments:
-            return self.arguments[scalar.text]
+            argument = self.arguments[scalar.text]
+            is_captured = has_names and self._is_captured(argument, self.bound)
+            return YamlNode(None, node.place, condemned=True, end=node.end) if is_captured else argument
         if not has_names:
             return node
         if not self._fits(scalar.text):
@@ -218,14 +314,41 @@ class PartCopy:
     def _fits(self, text: str) -> bool:
         """Return whether the arguments for the parameters in a text fit there; note those that do not."""
         wrong = 0
+        bound = {**self.bound, **dict.fromkeys(parameters_in_text(text), "a quantifier")}
         for token in _TOKEN.finditer(text):
             argument = self.arguments.get(token[0])
-            message = None if argument is None else _misfit(argument, text[: token.start()], text[token.end() :])
-            if argument is not None and message is not None:
+            if argument is None:
+                wrong += not self._fits_in_name(token[0])
+                continue
+            message = _misfit(argument, text[: token.start()], text[token.end() :])
+            if message is not None:
                 wrong += 1
-                remedy = "give one name, or one value"
+                remedy = "give the name of a type" if message == _NO_TYPE else "give one name, or one value"
                 self.report.add(Slug.WRONG_SHAPE, f"`{token[0]}` {message}", argument.place, remedy)
+            else:
+                wrong += self._is_captured(argument, bound)
         return not wrong
+
+    def _fits_in_name(self, name: str) -> bool:
+        """Return whether the arguments for the parameters in a dotted name are names; note those that are not."""
+        if self._name(name) is None:
+            return True
+        words = [word for word in name.split(".")[1:] if word in self.arguments and self._word(word) is None]
+        for word in words:
+            if not self.arguments[word].condemned:
+                message = f"`{word}` stands for an object here, and this is no name"
+                self.report.add(Slug.WRONG_SHAPE, message, self.arguments[word].place, "give the name of an object")
+        return not words
+
+    def _is_captured(self, argument: YamlNode, bound: Mapping[str, str]) -> bool:
+        """Return whether a name in an argument would be a parameter where the argument stands, which is noted."""
+        words = _WORD.findall(argument.text) if argument.text is not None else ()
+        word = next((word for word in words if word in bound), None)
+        if word is not None:
+            message = f"`{word}` in this argument is also a parameter of {bound[word]} in the part"
+            remedy = "choose another name for the parameter in the file of the part"
+            self.report.add(Slug.AMBIGUOUS_SYMBOL, message, argument.place, remedy)
+        return word is not None
 
     def _pieces(self, scalar: Scalar) -> Iterator[Piece]:
         """Yield the pieces of a text with names: names of the part get the prefix, parameters become arguments."""
@@ -236,9 +359,9 @@ class PartCopy:
                 yield Piece.copy(scalar, end, token.start())
                 yield from _argument(argument.scalar, is_whole=scalar.text.strip() == token[0])
                 end = token.end()
-            elif token[0] in self.declared and self.prefix:
+            elif (name := self._name(token[0])) is not None and name != token[0]:
                 yield Piece.copy(scalar, end, token.start())
-                yield Piece.instead(f"{self.prefix}{token[0]}", scalar, token.start(), token.end())
+                yield Piece.instead(name, scalar, token.start(), token.end())
                 end = token.end()
         yield Piece.copy(scalar, end)
 
@@ -258,7 +381,7 @@ def _misfit(argument: YamlNode, before: str, after: str) -> str | None:
     is_operand = _AFTER_OPERAND.match(after) or _BEFORE_OPERAND.search(before)
     if is_operand and _CONDITION.search(text):
         return "stands for a name here, and this is a condition"
-    return None
+    return _NO_TYPE if _BEFORE_TYPE.search(before) and not _WORD.fullmatch(text) else None
 
 
 def _is_balanced(text: str) -> bool:

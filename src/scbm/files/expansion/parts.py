@@ -9,7 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mapping_node, with_entries
-from scbm.files.expansion.part_names import NAMED_SECTIONS, DeclaredNames, PartCopy, head_of
+from scbm.files.expansion.part_names import (
+    NAMED_SECTIONS,
+    DeclaredNames,
+    PartCopy,
+    head_of,
+    parameters_in_key,
+    parameters_in_text,
+)
 from scbm.files.expansion.stage_keys import PART_KEYS_OF_MODELS
 from scbm.files.expansion.static_facts import QUANTIFIERS
 from scbm.files.language.grammar import keywords
@@ -211,7 +218,9 @@ class _Expansion:
         self._add_to_count(whole.size, place)
         declared = DeclaredNames(whole)
         self._refuse_names(part, whole, declared)
-        copy = PartCopy(prefix, declared, arguments, self.report)
+        bound = self._refuse_bound_names(part, whole)
+        used = {name: argument for name, argument in arguments.items() if name not in bound}
+        copy = PartCopy(prefix, declared, used, self.report)
         return with_entries(
             whole,
             (
@@ -244,6 +253,17 @@ class _Expansion:
                 remedy = "choose another name: arguments do not replace the names of entries"
                 self.report.add(Slug.DUPLICATE_NAME, message, parameters.key_places[name], remedy)
 
+    def _refuse_bound_names(self, part: PartFile, whole: YamlNode) -> dict[str, Place]:
+        """Note parameters of a part that are also parameters of its entries or quantifiers; return all these names."""
+        parameters = part.document.get("parameters")
+        bound = _bound_names(whole) if parameters is not None else {}
+        for name in part.parameters:
+            if parameters is not None and name in bound:
+                message = f"`{name}` is also a parameter in {bound[name].file}:{bound[name].line}"
+                remedy = "choose another name for one of them: arguments replace all words of this name"
+                self.report.add(Slug.DUPLICATE_NAME, message, parameters.key_places[name], remedy)
+        return bound
+
     # sections
 
     def _united(self, section: str, used: list[_Use], own: MappingEntry | None, at: Place) -> MappingEntry | None:
@@ -256,9 +276,9 @@ class _Expansion:
         entries: dict[str, MappingEntry] = {}
         for use, node in found:
             for entry in entries_of(node):
-                self._enter(entries, entry._replace(node=replace(entry.node, user=use.place)), use.place)
+                self._enter(section, entries, entry._replace(node=replace(entry.node, user=use.place)), use.place)
         for entry in entries_of(own.node) if own is not None else ():
-            self._enter(entries, entry, entry.place)
+            self._enter(section, entries, entry, entry.place)
         whole = own
         if whole is None:
             place, end = (found[0][0].place, found[0][1].end) if found else (at, 0)
@@ -267,13 +287,14 @@ class _Expansion:
         incomplete = whole.node.incomplete or is_wrong or not self.is_whole
         return whole._replace(node=replace(with_entries(whole.node, entries.values()), incomplete=incomplete))
 
-    def _enter(self, entries: dict[str, MappingEntry], entry: MappingEntry, place: Place) -> None:
+    def _enter(self, section: str, entries: dict[str, MappingEntry], entry: MappingEntry, place: Place) -> None:
         other = entries.setdefault(entry.key, entry).place
         if other != entry.place:
             message = f"`{entry.key}` is there already, from {other.file}:{other.line}"
-            self.report.add(
-                Slug.DUPLICATE_NAME, message, place, "use one of them under `parts`, with a name of its own"
-            )
+            remedy = "use one of them under `parts`, with a name of its own"
+            if section in SHARED_SECTIONS:
+                remedy = f"rename one of them: `{section}` of parts get no prefix, so that other files can use them"
+            self.report.add(Slug.DUPLICATE_NAME, message, place, remedy)
 
 
 LIBRARY = "scbm:"
@@ -283,6 +304,26 @@ _LIBRARY_FOLDER = Path(__file__).parents[1] / "parts"
 
 ALLOWED_FOLDERS = "SCBM_PARTS"
 """The environment variable with further folders that parts may be read from, separated as in `PATH`."""
+
+
+def _bound_names(whole: YamlNode) -> dict[str, Place]:
+    """Return the parameters of the entries and quantifiers of a part, each with the first place that has it."""
+    found: dict[str, Place] = {}
+    for section in NAMED_SECTIONS:
+        node = whole.get(section)
+        for entry in entries_of(node) if node is not None else ():
+            for name in parameters_in_key(entry.key):
+                found.setdefault(name, entry.place)
+            _add_quantified(entry.node, found)
+    return found
+
+
+def _add_quantified(node: YamlNode, found: dict[str, Place]) -> None:
+    """Add the parameters of the quantifiers in all texts of a node."""
+    for name in parameters_in_text(node.scalar.text) if node.scalar is not None else ():
+        found.setdefault(name, node.place)
+    for child in (*node.items.values(), *node.elements):
+        _add_quantified(child, found)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,154 @@
+"""Parts with types, indices and parameters: the forms of an index, and names that would stand for two things."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from scbm.files import digest_of, load_model
+from scbm.model import Diagnostic, InputError, Severity
+
+CELL = """behavior_model: cell
+types: {robot: [r1, r2]}
+parts: {a: {use: part.yaml, with: {%s}}}
+variables:
+  free[tank]: {domain: bool, initial: true}
+  x: {domain: [slow, fast], initial: slow}
+operations: {}
+goals: {g: a.level.q2 == 3}
+"""
+
+TANKS = """part: tanks
+parameters: {one: {default: q1}, who: {default: robot}, is_free: {default: free}}
+types: {tank: [q1, q2]}
+variables:
+  level[tank]: {domain: 0..3, initial: 0}
+  command[tank]: {domain: [go, stop], initial: stop}
+  measured[tank]: {domain: 0..3, initial: 0}
+  last: {domain: who, initial: r2}
+  seen[who]: {domain: bool, initial: false}
+resources:
+  pump[t in tank]:
+    request: ["command[t]"]
+    measures: {"measured[t]": [1, 2]}
+operations:
+  fill[t in tank]:
+    request: "pump[t]"
+    with: {"command[t]": go}
+    guard: level[t] < 3 && is_free[one] == true && measured[t] == 0
+    effects: ["level[t] += 1"]
+  first: {request: "pump[one]", with: {"command[one]": go}, guard: "level[one] == 0"}
+  look[r in who]: {pre: {g: "seen[r] == false"}, post: {g: true, a: ["seen[r] <- true", "last <- r"]}}
+goals:
+  all: forall u in tank. (level[u] == 3) && exists v in who. (seen[v] == true)
+"""
+
+
+def written(folder: Path, arguments: str, part: str) -> Path:
+    (folder / "part.yaml").write_text(part, encoding="utf-8")
+    path = folder / "cell.yaml"
+    path.write_text(CELL % arguments, encoding="utf-8")
+    return path
+
+
+def errors_of(folder: Path, arguments: str, part: str) -> list[Diagnostic]:
+    with pytest.raises(InputError) as raised:
+        load_model(written(folder, arguments, part))
+    return [each for each in raised.value.diagnostics if each.severity is Severity.ERROR]
+
+
+def with_dots(text: str) -> str:
+    """Return a part whose indices stand after dots; keys of entries need brackets."""
+    for word in ("t", "u", "v", "r", "one"):
+        text = text.replace(f"[{word}]", f".{word}")
+    return text
+
+
+def test_an_index_of_a_part_is_written_in_brackets_or_after_a_dot(tmp_path: Path) -> None:
+    assert "[one]" in TANKS
+    assert "[" not in with_dots(TANKS).partition("fill[t in tank]")[2].partition("guard:")[2].partition("effects")[0]
+    arguments = "one: q2, who: robot, is_free: free"
+    bracketed = load_model(written(tmp_path, arguments, TANKS))
+    assert digest_of(load_model(written(tmp_path, arguments, with_dots(TANKS)))) == digest_of(bracketed)
+    first = bracketed.operation("a.first").pre
+    assert str(first.g) == "a.pump.q2_req_state == initial && a.pump.q2_req_trigger == false && a.level.q2 == 0"
+    assert [str(action) for action in first.a] == ["a.pump.q2_req_trigger <- true", "a.command.q2 <- go"]
+    assert "free.q2 == true" in str(bracketed.operation("a.fill.q1").pre.g)
+
+
+def test_a_parameter_of_a_part_can_be_a_type(tmp_path: Path) -> None:
+    model = load_model(written(tmp_path, "who: robot", TANKS))
+    assert [each.name for each in model.variables if "seen" in each.name] == ["a.seen.r1", "a.seen.r2"]
+    assert [each.name for each in model.operations if "look" in each.name] == ["a.look.r1", "a.look.r2"]
+    assert str(model.goal("a.all")).endswith("(a.seen.r1 == true || a.seen.r2 == true)")
+
+
+@pytest.mark.parametrize("argument", ["[r1, r2]", "r1 == r2", "5"])
+def test_an_argument_that_is_no_type_is_an_error_there(argument: str, tmp_path: Path) -> None:
+    found = errors_of(tmp_path, f"who: {argument}", TANKS)
+    assert {(each.slug, Path(each.place.file).name, each.place.line) for each in found} == {
+        ("wrong-shape", "cell.yaml", 3)
+    }
+
+
+@pytest.mark.parametrize("part", [TANKS, with_dots(TANKS)])
+def test_an_argument_that_is_no_object_is_an_error_there(part: str, tmp_path: Path) -> None:
+    found = errors_of(tmp_path, "one: '3 +'", part)
+    assert ("wrong-shape", 3) in [(each.slug, each.place.line) for each in found]
+
+
+@pytest.mark.parametrize("with_", ['{"comand[t]": go}', '{"comand.t": go}'])
+def test_a_misspelt_key_with_an_index_is_one_error(with_: str, tmp_path: Path) -> None:
+    (found,) = errors_of(tmp_path, "one: q1", TANKS.replace('{"command[t]": go}', with_))
+    assert (found.slug, found.place.line) == ("unknown-variable", 17)
+    assert "command" in (found.remedy or "")
+
+
+@pytest.mark.parametrize(
+    ("section", "line"),
+    [
+        ("operations:\n  up[p in tank]: {pre: {g: 'level[p] < 3'}, post: {g: true, a: [level.p += 1]}}", 7),
+        ("automatic_transitions:\n  up[t in tank, p in tank]: {g: 'level[p] < 3', a: [level.p += 1]}", 7),
+        ("environment:\n  up[p in tank]: {guard: 'level[p] < 3', actions: [level.p += 1]}", 7),
+        ("goals:\n  up[p in tank]: level[p] == 3", 7),
+        ("requirements:\n  up[p in tank]: always level[p] <= 3", 7),
+        ("goals:\n  all: forall t in tank, p in tank. (level[p] == level[t])", 7),
+        ("goals:\n  some: exists p in tank. (level[p] == 3)", 7),
+        ("goals:\n  few: count p in tank. (level[p] == 3) <= 1", 7),
+        ("requirements:\n  few: always forall p in tank. (level[p] <= 3)", 7),
+        (
+            "operations:\n  up:\n    pre: {g: true}\n    post: {g: true, a: ['forall p in tank. level[p] <- 0']}",
+            9,
+        ),
+    ],
+)
+def test_a_parameter_of_a_part_has_no_name_of_a_parameter_in_the_part(section: str, line: int, tmp_path: Path) -> None:
+    head = "part: shadow\nparameters: {p: {default: q1}}\ntypes: {tank: [q1, q2]}\n"
+    variables = "variables:\n  level[tank]: {domain: 0..3, initial: 0}\n"
+    (found,) = errors_of(tmp_path, "p: q2", f"{head}{variables}{section}\n")
+    assert (found.slug, Path(found.place.file).name, found.place.line) == ("duplicate-name", "part.yaml", 2)
+    assert f"part.yaml:{line}" in found.message
+
+
+@pytest.mark.parametrize("guard", ["level[fast] < 3 && x == speed", "(level[fast] < 3) && (x == speed)"])
+def test_an_argument_does_not_become_a_parameter_where_it_stands(guard: str, tmp_path: Path) -> None:
+    part = f"""part: captured
+parameters: {{speed: {{}}}}
+types: {{tank: [q1, q2]}}
+variables:
+  level[tank]: {{domain: 0..3, initial: 0}}
+operations:
+  up[fast in tank]: {{pre: {{g: '{guard}'}}, post: {{g: true, a: [level.fast += 1]}}}}
+"""
+    (found,) = errors_of(tmp_path, "speed: fast", part)
+    assert (found.slug, Path(found.place.file).name, found.place.line) == ("ambiguous-symbol", "cell.yaml", 3)
+    operation = load_model(written(tmp_path, "speed: slow", part)).operation("a.up.q1")
+    assert str(operation.pre.g) == "a.level.q1 < 3 && x == slow"
+
+
+def test_types_and_tables_of_parts_are_known_everywhere_and_their_names_must_differ(tmp_path: Path) -> None:
+    part = TANKS.replace("types: {tank: [q1, q2]}", "types: {tank: [q1, q2], robot: [r3]}")
+    (found,) = errors_of(tmp_path, "one: q1", part)
+    assert found.slug == "duplicate-name"
+    assert "rename one of them" in (found.remedy or "")
