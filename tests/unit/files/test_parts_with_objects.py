@@ -26,7 +26,6 @@ variables:
   level[tank]: {domain: 0..3, initial: 0}
   command[tank]: {domain: [go, stop], initial: stop}
   measured[tank]: {domain: 0..3, initial: 0}
-  last: {domain: who, initial: r2}
   seen[who]: {domain: bool, initial: false}
 resources:
   pump[t in tank]:
@@ -39,7 +38,7 @@ operations:
     guard: level[t] < 3 && is_free[one] == true && measured[t] == 0
     effects: ["level[t] += 1"]
   first: {request: "pump[one]", with: {"command[one]": go}, guard: "level[one] == 0"}
-  look[r in who]: {pre: {g: "seen[r] == false"}, post: {g: true, a: ["seen[r] <- true", "last <- r"]}}
+  look[r in who]: {pre: {g: "seen[r] == false"}, post: {g: true, a: ["seen[r] <- true"]}}
 goals:
   all: forall u in tank. (level[u] == 3) && exists v in who. (seen[v] == true)
 """
@@ -78,7 +77,9 @@ def test_an_index_of_a_part_is_written_in_brackets_or_after_a_dot(tmp_path: Path
 
 
 def test_a_parameter_of_a_part_can_be_a_type(tmp_path: Path) -> None:
-    model = load_model(written(tmp_path, "who: robot", TANKS))
+    part = TANKS.replace("variables:\n", "variables:\n  last: {domain: who, initial: r2}\n")
+    model = load_model(written(tmp_path, "who: robot", part))
+    assert (model.variables[0].name, model.variables[0].domain.values) == ("a.last", ("r1", "r2"))
     assert [each.name for each in model.variables if "seen" in each.name] == ["a.seen.r1", "a.seen.r2"]
     assert [each.name for each in model.operations if "look" in each.name] == ["a.look.r1", "a.look.r2"]
     assert str(model.goal("a.all")).endswith("(a.seen.r1 == true || a.seen.r2 == true)")
@@ -101,7 +102,7 @@ def test_an_argument_that_is_no_object_is_an_error_there(part: str, tmp_path: Pa
 @pytest.mark.parametrize("with_", ['{"comand[t]": go}', '{"comand.t": go}'])
 def test_a_misspelt_key_with_an_index_is_one_error(with_: str, tmp_path: Path) -> None:
     (found,) = errors_of(tmp_path, "one: q1", TANKS.replace('{"command[t]": go}', with_))
-    assert (found.slug, found.place.line) == ("unknown-variable", 17)
+    assert (found.slug, found.place.line) == ("unknown-variable", 16)
     assert "command" in (found.remedy or "")
 
 
