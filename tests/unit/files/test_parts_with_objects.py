@@ -153,3 +153,58 @@ def test_types_and_tables_of_parts_are_known_everywhere_and_their_names_must_dif
     (found,) = errors_of(tmp_path, "one: q1", part)
     assert found.slug == "duplicate-name"
     assert "rename one of them" in (found.remedy or "")
+
+
+HIDDEN = """behavior_model: cell
+types: {robot: [r1, y]}
+parts: {a: {use: part.yaml, with: {limit: x}}}
+variables:
+  x: {domain: 0..3, initial: 2}
+  z[robot]: {domain: bool, initial: true}
+operations: {}
+goals: {g: a.level.q2 == 3}
+"""
+
+TANK = """part: tank
+parameters: {limit: {default: 3}}
+types: {tank: [q1, q2]}
+variables:
+  level[tank]: {domain: 0..3, initial: 0}
+operations:
+  up[%s in tank]: {pre: {g: 'level[%s] < 3'}, post: {g: true, a: [level.%s += 1]}}
+goals:
+  full: forall %s in tank. (level[%s] == 3)
+  high: exists v in tank. (level[v] == limit)
+"""
+
+
+@pytest.mark.parametrize("name", ["x", "y", "z"])
+def test_a_parameter_in_a_part_can_have_a_name_of_the_model_that_uses_the_part(name: str, tmp_path: Path) -> None:
+    (tmp_path / "cell.yaml").write_text(HIDDEN)
+    (tmp_path / "part.yaml").write_text(TANK.replace("%s", name))
+    model = load_model(tmp_path / "cell.yaml")
+    assert str(model.operation("a.up.q1").pre.g) == "a.level.q1 < 3"
+    assert [str(action) for action in model.operation("a.up.q2").post.a] == ["a.level.q2 += 1"]
+    assert str(model.goal("a.full")) == "a.level.q1 == 3 && a.level.q2 == 3"
+    assert str(model.goal("a.high")) == "a.level.q1 == x || a.level.q2 == x"
+
+
+@pytest.mark.parametrize("name", ["q1", "level"])
+def test_a_parameter_in_a_part_has_no_name_of_an_object_or_variable_of_the_part(name: str, tmp_path: Path) -> None:
+    (tmp_path / "cell.yaml").write_text(HIDDEN)
+    (tmp_path / "part.yaml").write_text(TANK.replace("%s", name))
+    with pytest.raises(InputError) as raised:
+        load_model(tmp_path / "cell.yaml")
+    assert {Path(each.place.file).name for each in raised.value.diagnostics} == {"part.yaml"}
+
+
+def test_a_parameter_in_an_included_file_has_no_name_of_the_model(tmp_path: Path) -> None:
+    (tmp_path / "cell.yaml").write_text(
+        HIDDEN.replace("parts: {a: {use: part.yaml, with: {limit: x}}}", "include: part.yaml").replace(
+            "a.level", "level"
+        )
+    )
+    (tmp_path / "part.yaml").write_text(TANK.replace("%s", "x"))
+    with pytest.raises(InputError) as raised:
+        load_model(tmp_path / "cell.yaml")
+    assert [each.slug for each in raised.value.diagnostics][:2] == ["ambiguous-symbol", "duplicate-name"]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
     from scbm.files.expansion.formulas import Choice, Formula
-    from scbm.files.expansion.lifted_names import LiftedNames
+    from scbm.files.expansion.lifted_names import LiftedScope
     from scbm.files.expansion.static_facts import StaticFacts
     from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import Place
@@ -67,14 +67,14 @@ class LiftedKey:
 
 
 def lifted_key(
-    text: str, place: Place, names: LiftedNames, report: ErrorCollector, *, is_named: bool
+    text: str, place: Place, scope: LiftedScope, report: ErrorCollector, *, is_named: bool
 ) -> LiftedKey | None:
     """Return a key with parameters; `None` for one without brackets, or after an error, which is noted.
 
     Args:
         text: the key.
         place: where it stands.
-        names: the names of the model.
+        scope: the names of the model, and the part that has the key.
         report: where errors go.
         is_named: whether its parameters need names, as what stands below uses them.
     """
@@ -83,7 +83,7 @@ def lifted_key(
         if "[" in text:
             report.add(Slug.BAD_NAME, f"`{text}` is not a name with an index", place, "write `name[r in robot]`")
         return None
-    reader = _KeyReader(text, place, names, report)
+    reader = _KeyReader(text, place, scope, report)
     return reader.key(match, is_named=is_named)
 
 
@@ -99,7 +99,7 @@ def without_errors(text: str, facts: StaticFacts) -> tuple[str, ...] | None:
 class _KeyReader:
     text: str
     place: Place
-    names: LiftedNames
+    scope: LiftedScope
     report: ErrorCollector
     is_right: bool = True
     kinds: list[str] = field(default_factory=list)
@@ -125,14 +125,14 @@ class _KeyReader:
         self._check_kind(kind, begin + found.start("kind"))
         if name is not None:
             self._check_name(name, begin)
-        elif is_named and kind in self.names.facts.types:
+        elif is_named and kind in self.scope.names.facts.types:
             message = f"a parameter of the type `{kind}` has no name"
             self._refuse(Slug.BAD_NAME, message, begin, len(part), f"write for example `{kind[:1]} in {kind}`")
         self.kinds.append(kind)
         self.params.append(name)
 
     def _check_kind(self, kind: str, begin: int) -> None:
-        types = self.names.facts.types
+        types = self.scope.names.facts.types
         if kind not in types:
             remedy = suggestion(kind, types, "the types are") or "declare it under `types`"
             self._refuse(Slug.UNKNOWN_TYPE, f"there is no type `{kind}`", begin, len(kind), remedy)
@@ -144,11 +144,8 @@ class _KeyReader:
             self._refuse(Slug.RESERVED_NAME, f"`{name}` is a reserved word", begin, len(name), "choose another name")
         elif name in self.params:
             self._refuse(Slug.DUPLICATE_NAME, f"`{name}` is a parameter already", begin, len(name))
-        elif name in self.names.facts.places:
-            message = f"the parameter `{name}` has the name of an object"
-            self._refuse(Slug.AMBIGUOUS_SYMBOL, message, begin, len(name), "choose another name")
-        elif name in self.names.plain or name in self.names.indexed:
-            message = f"the parameter `{name}` has the name of a variable"
+        elif (hidden := self.scope.hidden_by(name)) is not None:
+            message = f"the parameter `{name}` has the name of {hidden}"
             self._refuse(Slug.AMBIGUOUS_SYMBOL, message, begin, len(name), "choose another name")
 
     def _refuse(self, slug: Slug, message: str, begin: int, length: int, remedy: str | None = None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from scbm.files.expansion.formulas import IndexedName, ObjectTerm, WorkLimit
@@ -69,16 +69,29 @@ class LiftedScope:
         names: the names of the model.
         parameters: the parameters with the objects that each stands for.
         kinds: their types, for messages.
+        part_file: the file of the part where the text stands; `None` in a model.
     """
 
     names: LiftedNames
     parameters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     kinds: Mapping[str, str] = field(default_factory=dict)
+    part_file: str | None = None
 
     def with_parameters(self, kinds: Mapping[str, str]) -> LiftedScope:
         """Return the scope within a quantifier, or within a lifted entry."""
         objects = {name: self.names.facts.objects(kind) for name, kind in kinds.items()}
-        return LiftedScope(self.names, {**self.parameters, **objects}, {**self.kinds, **kinds})
+        return replace(self, parameters={**self.parameters, **objects}, kinds={**self.kinds, **kinds})
+
+    def hidden_by(self, name: str) -> str | None:
+        """Return what a parameter of this name would hide: an object or a variable; `None` if it hides neither.
+
+        In a part, only names that its own file declares count: it cannot know others, and its variables have a prefix.
+        """
+        place = self.names.facts.places.get(name)
+        if place is not None and self.part_file in (None, place.file):
+            return "an object"
+        is_variable = name in self.names.plain or name in self.names.indexed
+        return "a variable" if is_variable and self.part_file is None else None
 
     def term(self, word: str) -> ObjectTerm | None:
         """Return the parameter or the object of this name; `None` for any other name."""

@@ -358,8 +358,8 @@ class LiftedParser:
 
     def _check_parameter(self, token: LiftedToken, kinds: dict[str, str]) -> None:
         taken = "a parameter" if token.text in kinds or token.text in self._scope.parameters else None
-        taken = "an object" if token.text in self._scope.names.facts.places else taken
-        taken = "a variable" if token.text in self._scope.names.plain else taken
+        if token.text not in self._scope.names.indexed:  # whose index tells the two apart
+            taken = self._scope.hidden_by(token.text) or taken
         if taken is not None:
             message = f"`{token.text}` is {taken} already"
             self._note(Slug.DUPLICATE_NAME, message, token.begin, token.end, "choose another name")

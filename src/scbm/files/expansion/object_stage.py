@@ -131,9 +131,10 @@ class _ObjectStage:
     def _lifted(self, section: str, entry: MappingEntry, kind: NodeKind | None) -> _LiftedEntry | None:
         """Return an entry with its template and its choices; `None` if its key is wrong, which is noted."""
         key = None
+        scope = LiftedScope(self._names, part_file=_part_file(entry))
         if "[" in entry.key:
             is_named = section not in _INDEXED[:2]
-            key = lifted_key(entry.key, entry.place, self._names, self._report, is_named=is_named)
+            key = lifted_key(entry.key, entry.place, scope, self._report, is_named=is_named)
             if key is None:
                 self._incomplete.append(section)
                 return None
@@ -146,7 +147,7 @@ class _ObjectStage:
                 self._incomplete.append(section)
                 return None
             self._report.fold_lines(entry.place, last_line(entry.node))
-        scope = LiftedScope(self._names).with_parameters(key.parameters if key is not None else {})
+        scope = scope.with_parameters(key.parameters if key is not None else {})
         maker = TemplateMaker(scope, self._report)
         node, conditions = self._conditions(entry, key, scope)
         if section == "variables":
@@ -309,6 +310,12 @@ class _ObjectStage:
             message = f"`{lifted.key.shown}` has the instance `{made.key}`, which is in {line} already"
         remedy = "leave out one of them, or exclude these objects with `where`"
         self._report.add(Slug.DUPLICATE_NAME, message, made.place, remedy)
+
+
+def _part_file(entry: MappingEntry) -> str | None:
+    """Return the file of the part whose copy has an entry; `None` for entries without the prefix of a use."""
+    has_prefix = "." in entry.key.partition("[")[0]
+    return entry.place.file if entry.node.user is not None and has_prefix else None
 
 
 def _names_from(section: str, key: LiftedKey, objects: str) -> Iterator[tuple[str, str]]:

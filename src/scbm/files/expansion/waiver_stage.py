@@ -137,7 +137,7 @@ class _WaiverStage:
             remedy = "add a run of the model to the store, or name each obligation"
             self._report.add(Slug.NOT_STATIC, message, obligation.place, remedy)
             return
-        key = lifted_key(text, obligation.place, self._names, self._report, is_named=False)
+        key = lifted_key(text, obligation.place, LiftedScope(self._names), self._report, is_named=False)
         if key is None and "[" in text:
             return  # which is noted
         base, rest = (key.base, key.rest) if key is not None else _split(text)
