@@ -114,7 +114,7 @@ def test_what_a_killed_resource_was_asked_times_out_and_what_it_is_asked_when_it
     tester = cell.tester(cell.case("one", SLOW))
     arm.says("arm gets run_.*-1")
     arm.kill()
-    controller.says("arm is not there")
+    controller.says("arm is not reached")
     arm = cell.resources("arm")
     answered = int(arm.says("arm answers run_.*-(.*): succeeded")[1])
     assert verdicts(tester.ends()) == {"one": REACHED}
@@ -157,7 +157,7 @@ def test_a_resource_that_was_stopped_for_a_while_goes_on(cell: ProcessCell) -> N
     tester = cell.tester(cell.case("one", SLOW), cell.case("two"))
     arm.says("arm gets run_.*-1")
     arm.send(signal.SIGSTOP)
-    controller.says("arm is not there")
+    controller.says("arm is not reached")
     arm.send(signal.SIGCONT)
     assert verdicts(tester.ends()) == {"one": REACHED, "two": REACHED}
     came_and_went = changes(records_of(cell, "one"))  # it joins again, once or twice
@@ -289,7 +289,7 @@ def test_resources_that_are_ended_are_missed_at_once(
     controller, arm, _lamp = cell.controller(), cell.resources("arm"), cell.resources("lamp")
     controller.says("arm is reached")
     arm.send(stop)
-    controller.says("arm is not there")
+    controller.says("arm is not reached")
     ended = arm.ends()
     assert (ended.code, complaints(ended)) == (0, [])
 
@@ -390,7 +390,7 @@ def test_a_second_tester_ends_and_the_first_goes_on(
     first = cell.tester(cell.case("one", "outcomes: {arm: [{outcome: timeout}]}\nlimits: {plans: 1000000}"))
     arm.says("arm gets run_.*-1")
     arm.send(signal.SIGTERM)  # the run goes on until the arm is back
-    controller.says("arm is not there")
+    controller.says("arm is not reached")
     second = cell.tester(cell.case("two")).ends()
     assert (second.code, second.out) == (2, "")
     assert f"process {first.process.pid} " in second.err
