@@ -208,3 +208,40 @@ def test_a_parameter_in_an_included_file_has_no_name_of_the_model(tmp_path: Path
     with pytest.raises(InputError) as raised:
         load_model(tmp_path / "cell.yaml")
     assert [each.slug for each in raised.value.diagnostics][:2] == ["ambiguous-symbol", "duplicate-name"]
+
+
+WORDS = """part: words
+types: {tank: [q1, q2]}
+variables:
+  level[tank]: {domain: 0..3, initial: 0}
+  go[tank]: {domain: bool, initial: false}
+  command[tank]: {domain: [go, fill, pump, stop], initial: stop}
+resources:
+  pump[t in tank]: {request: ["command[t]"]}
+operations:
+  fill[t in tank]:
+    request: "pump[t]"
+    with: {"command[t]": fill}
+    guard: go[t] == false
+    effects: ["go[t] <- true", "level[t] <- 3"]
+  idle[t in tank]:
+    pre:
+      g: command[t] in {go, fill, pump} && level[t] == 3
+      gr: fill[t].state == initial && fill.q2.state == initial
+    post: {g: true, a: ["command[t] <- go"]}
+goals:
+  all: forall t in tank. (command[t] == go && go[t] == true)
+"""
+
+
+def test_a_value_in_a_part_can_have_the_name_of_an_entry_with_an_index(tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(WORDS)
+    (tmp_path / "cell.yaml").write_text(
+        "behavior_model: cell\nparts: {a: {use: part.yaml}}\nvariables: {}\noperations: {}\ngoals: {}\n"
+    )
+    model = load_model(tmp_path / "cell.yaml")
+    assert [str(each) for each in model.operation("a.fill.q1").pre.a][1:] == ["a.command.q1 <- fill"]
+    idle = model.operation("a.idle.q1")
+    assert str(idle.pre.g) == "a.command.q1 in {go, fill, pump} && a.level.q1 == 3"
+    assert str(idle.pre.gr) == "a.fill.q1.state == initial && a.fill.q2.state == initial"
+    assert str(model.goal("a.all")).startswith("a.command.q1 == go && a.go.q1 == true")

@@ -113,10 +113,15 @@ class DeclaredNames:
         """Take the tree of a part, with the parts that it uses itself."""
         self._names: dict[str, None] = {}
         self._families: dict[str, None] = {}
+        self._values: dict[str, None] = {}
         for key in _keys(part, "variables"):
             self._add(key, "")
         for key in _keys(part, "resources"):
             self._add(key, "", "_req_trigger", "_req_state")
+        variables = part.get("variables")
+        for node in variables.items.values() if variables is not None else ():
+            domain = node.get("domain")
+            self._values |= dict.fromkeys(each.text or "" for each in domain.elements) if domain is not None else {}
         for key in _keys(part, "operations"):
             self._add(key, ".state")
 
@@ -134,6 +139,15 @@ class DeclaredNames:
         if not isinstance(name, str) or name in self._names:
             return name in self._names
         return name in self._families or self.family_of(name) is not None
+
+    def is_value(self, name: str, after: str) -> bool:
+        """Return whether a name is a value of a domain here: `go` is one where the part has `go[r in robot]`, too.
+
+        Args:
+            name: a name that the part may declare.
+            after: the text after the name.
+        """
+        return name in self._families and name in self._values and not after.lstrip().startswith("[")
 
     def family_of(self, name: str) -> str | None:
         """Return the name with an index that a dotted name begins with, such as `at` for `at.r1`; or `None`."""
@@ -359,6 +373,8 @@ class PartCopy:
                 yield Piece.copy(scalar, end, token.start())
                 yield from _argument(argument.scalar, is_whole=scalar.text.strip() == token[0])
                 end = token.end()
+            elif self.declared.is_value(token[0], scalar.text[token.end() :]):
+                continue
             elif (name := self._name(token[0])) is not None and name != token[0]:
                 yield Piece.copy(scalar, end, token.start())
                 yield Piece.instead(name, scalar, token.start(), token.end())
