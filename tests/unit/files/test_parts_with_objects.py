@@ -245,3 +245,27 @@ def test_a_value_in_a_part_can_have_the_name_of_an_entry_with_an_index(tmp_path:
     assert str(idle.pre.g) == "a.command.q1 in {go, fill, pump} && a.level.q1 == 3"
     assert str(idle.pre.gr) == "a.fill.q1.state == initial && a.fill.q2.state == initial"
     assert str(model.goal("a.all")).startswith("a.command.q1 == go && a.go.q1 == true")
+
+
+CLASH = """behavior_model: cell
+%s
+variables: {}
+operations: {up: {pre: {g: true}, post: {g: true}}, x.up: {pre: {g: true}, post: {g: true}}}
+goals: {g: current.state == executing}
+"""
+
+
+@pytest.mark.parametrize(
+    ("used", "hint"),
+    [
+        ("parts: {x: {use: part.yaml}}", "rename the use `x`"),
+        ("include: [part.yaml]", "use one of them under `parts`"),
+    ],
+)
+def test_the_hint_about_two_entries_of_one_name_can_be_followed(used: str, hint: str, tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text("part: up\noperations: {up: {pre: {g: true}, post: {g: true}}}\n")
+    (tmp_path / "cell.yaml").write_text(CLASH % used)
+    with pytest.raises(InputError) as raised:
+        load_model(tmp_path / "cell.yaml")
+    (found,) = [each for each in raised.value.diagnostics if each.slug == "duplicate-name"]
+    assert hint in (found.remedy or "")

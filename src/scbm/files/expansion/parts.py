@@ -67,10 +67,11 @@ def expand_parts(document: YamlNode, report: ErrorCollector, keys: PartKeyNames)
 
 @dataclass(frozen=True, slots=True)
 class _Use:
-    """One use of a part: the part as it stands for the user, and the place that uses it."""
+    """One use of a part: the part as it stands for the user, the place that uses it, and its name under `parts`."""
 
     document: YamlNode
     place: Place
+    name: str | None = None
 
 
 @dataclass(slots=True)
@@ -136,7 +137,7 @@ class _Expansion:
             part = self._opened(named, users, file) if named is not None else None
             if part is not None:
                 arguments = self._arguments(part, given, entry.place, entry.key)
-                yield _Use(self._copied(part, f"{entry.key}.", arguments, users, entry.place), entry.place)
+                yield _Use(self._copied(part, f"{entry.key}.", arguments, users, entry.place), entry.place, entry.key)
 
     def _use_of(self, entry: MappingEntry) -> tuple[YamlNode | None, dict[str, MappingEntry]]:
         """Return the file and the arguments of an entry of `parts`; note what is wrong with its keys."""
@@ -274,11 +275,14 @@ class _Expansion:
         if not found and (own is not None or self.is_whole or section not in _REQUIRED):
             return own if own is None or self.is_whole else own._replace(node=replace(own.node, incomplete=True))
         entries: dict[str, MappingEntry] = {}
+        names = tuple(use.name for use in used if use.name is not None)
         for use, node in found:
             for entry in entries_of(node):
-                self._enter(section, entries, entry._replace(node=replace(entry.node, user=use.place)), use.place)
+                self._enter(
+                    section, entries, entry._replace(node=replace(entry.node, user=use.place)), use.place, names
+                )
         for entry in entries_of(own.node) if own is not None else ():
-            self._enter(section, entries, entry, entry.place)
+            self._enter(section, entries, entry, entry.place, names)
         whole = own
         if whole is None:
             place, end = (found[0][0].place, found[0][1].end) if found else (at, 0)
@@ -287,11 +291,17 @@ class _Expansion:
         incomplete = whole.node.incomplete or is_wrong or not self.is_whole
         return whole._replace(node=replace(with_entries(whole.node, entries.values()), incomplete=incomplete))
 
-    def _enter(self, section: str, entries: dict[str, MappingEntry], entry: MappingEntry, place: Place) -> None:
+    def _enter(
+        self, section: str, entries: dict[str, MappingEntry], entry: MappingEntry, place: Place, names: tuple[str, ...]
+    ) -> None:
+        """Add an entry to those of a section; note one with the name of another. `names` are those under `parts`."""
         other = entries.setdefault(entry.key, entry).place
         if other != entry.place:
             message = f"`{entry.key}` is there already, from {other.file}:{other.line}"
             remedy = "use one of them under `parts`, with a name of its own"
+            name = next((name for name in names if entry.key.startswith(f"{name}.")), None)
+            if name is not None:
+                remedy = f"rename the use `{name}` under `parts`, whose names begin with `{name}.`, or the other entry"
             if section in SHARED_SECTIONS:
                 remedy = f"rename one of them: `{section}` of parts get no prefix, so that other files can use them"
             self.report.add(Slug.DUPLICATE_NAME, message, place, remedy)
