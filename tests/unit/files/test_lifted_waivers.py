@@ -168,3 +168,35 @@ def test_the_objects_of_a_store_of_an_older_version_are_not_known(tmp_path: Path
     with pytest.raises(InputError) as caught:
         load_waivers(path, model)
     assert "are not known" in caught.value.diagnostics[0].message
+
+
+PARENTS = """behavior_model: parents
+types: {thing: [], robot: {objects: [r1, r2], of: thing}, zone: {objects: [a, b], of: thing}, later: {of: zone}}
+variables: {v: {domain: bool, initial: false}}
+resources:
+  arm[robot]: {}
+operations:
+  take[r in robot]: {request: arm.r, guard: v == false}
+  wait[l in later]: {pre: {g: v == false}, post: {g: true}}
+automatic_transitions:
+  arm_failed[r in robot]: {where: r == r1, g: v == true, a: [v <- false]}
+goals: {g: v == true}
+waivers:
+  - {obligation: "%s", reason: as planned, author: Ada, date: 2026-11-20}
+"""
+
+
+def test_types_without_a_common_object_are_an_error_if_they_have_a_common_parent() -> None:
+    with pytest.raises(InputError) as caught:
+        read_located(PARENTS % "take[z in zone]/failed")
+    (found,) = caught.value.diagnostics
+    assert (found.slug, found.place.line) == (Slug.WRONG_INDEX, 13)
+
+
+@pytest.mark.parametrize(
+    ("obligation", "count"),
+    [("take[t in thing]/failed", 2), ("wait[z in zone]/failed", 0), ("automatic/arm_failed[r in robot]", 2)],
+)
+def test_a_type_fits_that_has_or_may_get_a_common_object(obligation: str, count: int) -> None:
+    model, _ = read_located(PARENTS % obligation)
+    assert len(model.waivers) == count

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, text_node, with_entries
 from scbm.files.expansion.formulas import LiftedFault
-from scbm.files.expansion.lifted_entries import LiftedKey, TooManyChoices, choices_of, lifted_key
+from scbm.files.expansion.lifted_entries import LiftedKey, TooManyChoices, choices_of, lifted_key, without_errors
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, without
 from scbm.files.expansion.static_facts import StaticFacts, facts_of, joined, read_facts
@@ -41,11 +41,13 @@ class WaivableEntries:
         instances: the choices of objects of each entry with parameters.
         plain: the entries without parameters.
         variables: the variables of the model, which conditions on objects cannot read.
+        kinds: the types of the parameters of each entry with parameters; none for a model whose file is not at hand.
     """
 
     instances: dict[str, list[tuple[str, ...]]] = field(default_factory=dict)
     plain: list[str] = field(default_factory=list)
     variables: tuple[str, ...] = ()
+    kinds: dict[str, list[tuple[str, ...]]] = field(default_factory=dict)
 
     def add(self, section: str, name: str, lifted: str | None) -> None:
         """Add a ground entry; `lifted` is the entry that it is an instance of."""
@@ -57,7 +59,7 @@ class WaivableEntries:
             self.instances.setdefault(f"{prefix}{lifted}", []).append(choice)
 
     @staticmethod
-    def of_trees(lifted: YamlNode, ground: YamlNode) -> WaivableEntries:
+    def of_trees(lifted: YamlNode, ground: YamlNode, facts: StaticFacts) -> WaivableEntries:
         """Return the entries of a model file: the tree before its objects are expanded, and the tree after that."""
         variables = ground.get("variables")
         found = WaivableEntries(variables=tuple(variables.items) if variables is not None else ())
@@ -65,7 +67,10 @@ class WaivableEntries:
             written, node = lifted.get(section), ground.get(section)
             for key in written.items if written is not None else ():
                 if "[" in key:
-                    found.instances.setdefault(f"{prefix}{key.partition('[')[0].rstrip()}", [])
+                    base = f"{prefix}{key.partition('[')[0].rstrip()}"
+                    found.instances.setdefault(base, [])
+                    kinds = without_errors(key, facts)
+                    found.kinds.setdefault(base, []).extend([kinds] if kinds is not None else [])
             for name, entry in node.items.items() if node is not None else ():
                 found.add(section, name, entry.origin)
         return found
@@ -95,7 +100,7 @@ def expand_waivers(lifted: YamlNode, ground: YamlNode, report: ErrorCollector) -
     if ground.get("waivers") is None:
         return ground
     facts = read_facts(lifted, ErrorCollector([]))  # its errors are noted by the stage of objects
-    return _WaiverStage(WaivableEntries.of_trees(lifted, ground), facts, report).expanded(ground)
+    return _WaiverStage(WaivableEntries.of_trees(lifted, ground, facts), facts, report).expanded(ground)
 
 
 def expand_waivers_file(document: YamlNode, model: BehaviorModel, report: ErrorCollector) -> YamlNode:
@@ -228,20 +233,29 @@ class _WaiverStage:
     def _has_other_type(self, key: LiftedKey, instances: list[tuple[str, ...]]) -> bool:
         """Note each parameter that never is an object of an instance; return whether there is one.
 
-        A waiver beside a model knows the objects of the instances, and not the types that their entry names. So a type
-        fits if it has an object in common with any type of these objects: `where` may exclude what it has itself.
+        A type fits if it has an object in common with the type of the parameter: `where` may exclude that object.
+        A waiver beside a model knows the objects of the instances, and not the types that their entry names. The same
+        holds for transitions that handshakes generate. Then each type with one of these objects can be that type.
         """
         types = self._names.facts.types
         found = False
-        columns = [dict.fromkeys(column) for column in zip(*instances, strict=False)]
-        for number, (kind, objects) in enumerate(zip(key.kinds, columns, strict=False), start=1):
-            fitting = [name for name, own in types.items() if not objects.keys().isdisjoint(own)]
-            if types[kind] and all(frozenset(types[kind]).isdisjoint(types[name]) for name in fitting):
+        columns = [dict.fromkeys(column) for column in zip(*instances, strict=False)] or [{} for _ in key.kinds]
+        named = list(zip(*self._entries.kinds.get(key.base, ()), strict=False)) or [() for _ in columns]
+        for number, (kind, objects, kinds) in enumerate(zip(key.kinds, columns, named, strict=False), start=1):
+            alike = [name for name, own in types.items() if not objects.keys().isdisjoint(own)]
+            known = {each for name in kinds for each in types[name]}
+            fitting = list(dict.fromkeys(kinds)) if objects.keys() <= known else alike
+            if types[kind] and fitting and all(self._are_disjoint(kind, name) for name in fitting):
                 message = f"parameter {number} of `{key.base}` is never a `{kind}`"
-                remedy = suggestion(kind, fitting, "the types that fit are")
+                remedy = suggestion(kind, alike or fitting, "the types that fit are")
                 self._report.add(Slug.WRONG_INDEX, message, key.place, remedy)
                 found = True
         return found
+
+    def _are_disjoint(self, kind: str, other: str) -> bool:
+        """Return whether two types have no object in common; a type without objects may get some."""
+        objects = self._names.facts.types[other]
+        return bool(objects) and frozenset(self._names.facts.types[kind]).isdisjoint(objects)
 
     def _warn_of_no_instance(self, obligation: YamlNode, base: str, *, has_any: bool) -> None:
         reason = f"no instance of `{base}` has these objects" if has_any else f"`{base}` has no instance"
