@@ -269,3 +269,40 @@ def test_the_hint_about_two_entries_of_one_name_can_be_followed(used: str, hint:
         load_model(tmp_path / "cell.yaml")
     (found,) = [each for each in raised.value.diagnostics if each.slug == "duplicate-name"]
     assert hint in (found.remedy or "")
+
+
+@pytest.mark.parametrize(
+    ("facts", "slug", "column"),
+    [
+        ("types: {near: {objects: [q1], of: who}}", "unknown-type", 35),
+        ("tables: {near: {of: [who, robot], rows: [[r1, r2]]}}", "unknown-type", 22),
+        ("tables: {near: {of: [robot, robot], rows: [[r1, one]]}}", "unknown-object", 49),
+        ("tables: {near: {of: [robot], rows: [r1, one]}}", "unknown-object", 41),
+    ],
+)
+def test_a_parameter_stands_for_nothing_in_types_and_tables_that_uses_share(
+    facts: str, slug: str, column: int, tmp_path: Path
+) -> None:
+    (tmp_path / "part.yaml").write_text(f"part: shared\nparameters: {{one: {{}}, who: {{default: robot}}}}\n{facts}\n")
+    (tmp_path / "cell.yaml").write_text(
+        "behavior_model: cell\ntypes: {robot: [r1, r2]}\nvariables: {}\noperations: {}\ngoals: {}\n"
+        "parts: {a: {use: part.yaml, with: {one: r2}}, b: {use: part.yaml, with: {one: r1, who: robot}}}\n"
+    )
+    with pytest.raises(InputError) as raised:
+        load_model(tmp_path / "cell.yaml")
+    (found,) = raised.value.diagnostics
+    place = found.place
+    assert (found.slug, Path(place.file).name, place.line, place.column) == (slug, "part.yaml", 3, column)
+    assert "parameter" in found.message
+
+
+def test_a_type_of_the_model_with_the_name_of_its_parameter_can_stand_in_tables_of_parts(tmp_path: Path) -> None:
+    (tmp_path / "part.yaml").write_text(
+        "part: shared\nparameters: {robot: {}}\ntables: {near: {of: [robot], rows: [r1]}}\n"
+    )
+    (tmp_path / "cell.yaml").write_text(
+        "behavior_model: cell\ntypes: {robot: [r1, r2]}\nvariables: {}\n"
+        "operations: {'up[r in robot]': {where: near(r), pre: {g: true}, post: {g: true}}}\ngoals: {}\n"
+        "parts: {a: {use: part.yaml, with: {robot: robot}}}\n"
+    )
+    assert [each.name for each in load_model(tmp_path / "cell.yaml").operations] == ["up.r1"]

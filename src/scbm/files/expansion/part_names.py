@@ -191,6 +191,42 @@ class PartCopy:
             ),
         )
 
+    def shared_section(self, node: YamlNode, file: str) -> YamlNode:
+        """Return `types` or `tables` of a part; a parameter there is noted, as all uses share these sections.
+
+        Args:
+            node: the section, with the entries of the parts that the part uses itself.
+            file: the file of the part, which alone has the parameters.
+        """
+        if not isinstance(node.plain, dict):
+            return node  # which is noted
+        return self._mapping(
+            node,
+            (
+                entry._replace(node=self._mapping(entry.node, map(self._shared_entry, entries_of(entry.node))))
+                if entry.place.file == file and isinstance(entry.node.plain, dict)
+                else entry
+                for entry in entries_of(node)
+            ),
+        )
+
+    def _shared_entry(self, entry: MappingEntry) -> MappingEntry:
+        return entry._replace(node=self._shared(entry.node, entry.key)) if entry.key in ("of", "rows") else entry
+
+    def _shared(self, node: YamlNode, key: str) -> YamlNode:
+        """Return a node under `of` or `rows`; parameters in it are noted, and stand for nothing."""
+        if isinstance(node.plain, list):
+            return list_node((self._shared(each, key) for each in node.elements), node.place, node.end)
+        argument = self.arguments.get(node.text) if node.text is not None else None
+        if argument is None or argument.text == node.text:
+            return node
+        slug, what = (Slug.UNKNOWN_TYPE, "a type") if key == "of" else (Slug.UNKNOWN_OBJECT, "an object")
+        message = (
+            f"the parameter `{node.text}` cannot stand for {what} here: all uses of a part share its types and tables"
+        )
+        self.report.add(slug, message, node.place, f"write {what}, or move this to the model that uses the part")
+        return YamlNode(None, node.place, condemned=True, end=node.end)
+
     def section_entry(self, entry: MappingEntry, *, has_names: bool) -> MappingEntry | None:
         """Return the copy of an entry of a section; parameters that stand for types are replaced in its key.
 

@@ -222,10 +222,15 @@ class _Expansion:
         bound = self._refuse_bound_names(part, whole)
         used = {name: argument for name, argument in arguments.items() if name not in bound}
         copy = PartCopy(prefix, declared, used, self.report)
+        file = part.document.place.file
         return with_entries(
             whole,
             (
-                entry._replace(node=copy.section(entry.key, entry.node)) if entry.key in NAMED_SECTIONS else entry
+                entry._replace(
+                    node=copy.section(entry.key, entry.node)
+                    if entry.key in NAMED_SECTIONS
+                    else copy.shared_section(entry.node, file)
+                )
                 for entry in entries_of(whole)
                 if entry.key in _SECTIONS
             ),

@@ -202,7 +202,7 @@ class _FactsReader:
         assert rows is not None  # noqa: S101 - a list
         kinds = [element.text or "" for element in types.elements]
         for kind, element in zip(kinds, types.elements, strict=True):
-            if kind not in objects:
+            if kind not in objects and not element.condemned:
                 remedy = suggestion(kind, objects, "the types are")
                 self._add(Slug.UNKNOWN_TYPE, f"there is no type `{kind}`", element.place, remedy)
         places: dict[tuple[str, ...], Place] = {}
@@ -231,7 +231,9 @@ class _FactsReader:
             return None
         is_right = True
         for cell, kind in zip(cells, kinds, strict=True):
-            if kind in objects and cell.text not in objects[kind]:
+            if cell.condemned:
+                is_right = False
+            elif kind in objects and cell.text not in objects[kind]:
                 remedy = suggestion(cell.text or "", objects[kind], "its objects are")
                 message = f"`{cell.text}` is not an object of the type `{kind}`"
                 self._add(Slug.UNKNOWN_OBJECT, message, cell.place, remedy)
