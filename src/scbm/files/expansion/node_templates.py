@@ -182,7 +182,7 @@ class PredicateTemplate(NodeTemplate):
             elements = [YamlNode(None, node.place, condemned=True, end=node.end)]
         for element in elements:
             scalar = _LiftedScalar(element, report, scope.names.limit)
-            if is_static and not element.condemned and not (element.text or "").strip():
+            if is_static and not element.condemned and _is_empty(element):
                 _refuse_empty(element, report)
                 scalar.is_wrong = True
             self._parts.append((scalar, _parsed(scalar, scope, is_static=is_static)))
@@ -210,6 +210,11 @@ class PredicateTemplate(NodeTemplate):
         if not left:
             return [text_node("true", self._node.place, self._node.end)]
         return [list_node(left, self._node.place, self._node.end)]
+
+
+def _is_empty(node: YamlNode) -> bool:
+    """Return whether a node has no text, a blank one, or `null` or `~`, which YAML reads as nothing."""
+    return node.plain is None or not (node.text or "").strip()
 
 
 def _refuse_empty(node: YamlNode, report: ErrorCollector) -> None:
