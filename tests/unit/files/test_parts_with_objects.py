@@ -118,6 +118,9 @@ def test_a_misspelt_key_with_an_index_is_one_error(with_: str, tmp_path: Path) -
         ("goals:\n  some: exists p in tank. (level[p] == 3)", 7),
         ("goals:\n  few: count p in tank. (level[p] == 3) <= 1", 7),
         ("requirements:\n  few: always forall p in tank. (level[p] <= 3)", 7),
+        ("goals:\n  both: [level.q1 == 3, 'exists p in tank. (level[p] == 3)']", 7),
+        ("goals:\n  up[t in tank]: {where: 'exists p in tank. (p != t)', goal: level.t == 3}", 7),
+        ("resources:\n  pump[p in tank]: {measures: {level.p: any}}", 7),
         (
             "operations:\n  up:\n    pre: {g: true}\n    post: {g: true, a: ['forall p in tank. level[p] <- 0']}",
             9,
