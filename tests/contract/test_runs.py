@@ -154,6 +154,7 @@ def test_in_virtual_time_runs_over_nodes_are_those_of_simulations_byte_for_byte(
         assert_replays(real, model)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("network", [FAULTS, None], ids=["faults", "drawn"])
 @pytest.mark.parametrize("model", [BEFORE, AFTER], ids=["before", "after"])
 def test_so_they_are_with_faults_of_the_network_but_for_the_places_of_notes(
@@ -168,6 +169,7 @@ def test_so_they_are_with_faults_of_the_network_but_for_the_places_of_notes(
         assert_replays(real, model)
 
 
+@pytest.mark.slow
 def test_so_are_cases_that_say_what_happens() -> None:
     cases = [*written(), read_case(HELD, AFTER)]
     for case, real in zip(cases, in_virtual_time(AFTER, cases), strict=True):

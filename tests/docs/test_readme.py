@@ -19,6 +19,7 @@ def test_the_readme_has_at_most_120_lines() -> None:
     assert len(README.read_text(encoding="utf-8").splitlines()) <= 120
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("shared_closings")
 def test_the_figures_of_closing_are_those_of_the_command(scbm: Callable[..., Ran]) -> None:
     text = README.read_text(encoding="utf-8").replace("\n", " ")

@@ -77,9 +77,9 @@ class Block:
 
     @property
     def is_slow(self) -> bool:
-        """Whether commands run pytest, or close or test the large example."""
-        large = tuple(f"$ scbm {verb} examples/dual_cnc/" for verb in ("close", "explain", "test"))
-        return any(line.startswith(("$ pytest", *large)) for line in self.lines)
+        """Whether commands run pytest, close or mutate a model, or explain or test the large example."""
+        large = tuple(f"$ scbm {verb} examples/dual_cnc/" for verb in ("explain", "test"))
+        return any(line.startswith(("$ pytest", "$ scbm close", "$ scbm mutate", *large)) for line in self.lines)
 
     @property
     def is_process(self) -> bool:

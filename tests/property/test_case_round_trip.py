@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -25,6 +26,7 @@ def test_cases(data: st.DataObject) -> None:
     assert write_case(again, model, "cell.yaml", ["drawn"]) == written
 
 
+@pytest.mark.slow
 @given(st.data())
 @examples(100, usual=5)
 def test_the_recorded_run_of_a_written_case_can_be_replaced(data: st.DataObject) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
+import pytest
 from hypothesis import assume, given, reject
 from hypothesis import strategies as st
 
@@ -317,6 +318,7 @@ def drive(model: BehaviorModel, data: st.DataObject, state: dict[str, Value], va
         assert set(real.visited) <= set(expected) if real.is_open else sorted(expected) == sorted(real.visited)
 
 
+@pytest.mark.slow
 @given(cells(), st.data(), st.booleans())
 @examples(300)
 def test_the_interpreter_does_what_the_runner_does(
@@ -412,6 +414,7 @@ def planner_for(argument: Argument) -> PlannerIdentity | None:
     return FIRST_PLANNER if is_canonical else None
 
 
+@pytest.mark.slow
 @given(cells(), st.data(), st.booleans(), st.sampled_from(KINDS))
 @examples(60)
 def test_all_situations_prove_what_they_do_not_visit_and_nothing_else(
@@ -496,6 +499,7 @@ def least_values(model: BehaviorModel) -> ValuesArgument:
             sets[name] = tuple(v for v in domain if v in sets[name] or v == value)
 
 
+@pytest.mark.slow
 @given(cells())
 @examples(60)
 def test_values_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:
@@ -520,6 +524,7 @@ def test_sets_of_values_without_one_of_them_are_refused(model: BehaviorModel, da
     assert list(check_values([], ValuesArgument(tuple(values)), model))
 
 
+@pytest.mark.slow
 @given(cells())
 @examples(60)
 def test_facts_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:

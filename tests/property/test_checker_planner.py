@@ -29,6 +29,7 @@ goals:
 """
 
 
+@pytest.mark.slow
 @given(st.one_of(running_models(), st.integers(0, 199).map(random_model)), st.data())
 def test_the_planner_of_the_checker_finds_the_canonical_plan(model: BehaviorModel, data: st.DataObject) -> None:
     _, goal = data.draw(st.sampled_from(model.goals))

@@ -146,7 +146,7 @@ def texts_of(closing: Closing) -> str:
     return "\n".join((*cases, *(certificate_text(certificate) for _, certificate in closing.certificates)))
 
 
-@pytest.mark.parametrize("number", slow_beyond(2, SMALL))
+@pytest.mark.parametrize("number", slow_beyond(1, SMALL))
 def test_no_proof_is_wrong_and_what_runs_visit_is_covered(number: int) -> None:
     closing, enumeration = closing_of(number), enumerate_runs(model_of(number))
     assert enumeration.complete
@@ -166,6 +166,7 @@ def test_every_decision_has_a_case_that_passes_or_a_certificate_that_holds(numbe
     assert flaws(closing) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", SMALL[: share(5, least=2)])
 def test_what_a_suite_visits_is_left_to_it(number: int) -> None:
     model = model_of(number)
@@ -178,6 +179,7 @@ def test_what_a_suite_visits_is_left_to_it(number: int) -> None:
     assert not visited & suite.coverage.visited
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", SMALL[: share(5, least=2)])
 def test_closing_twice_decides_alike(number: int) -> None:
     again, first = Closer(model_of(number)).close(), closing_of(number)

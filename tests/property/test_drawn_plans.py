@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from random import Random
 
+import pytest
 from hypothesis import given
 
 from scbm.model import BehaviorModel, Predicate, State
@@ -66,6 +67,7 @@ def test_drawn_plans_are_shortest_ones_and_each_first_operation_occurs(model: Be
         assert sorted({plan[0] for plan in plans if plan}) == sorted(firsts)
 
 
+@pytest.mark.slow
 def test_what_was_drawn_before_changes_no_plan() -> None:
     for number in range(20):
         problem = random_problem(number)

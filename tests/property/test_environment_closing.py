@@ -51,7 +51,7 @@ def sequences_of(number: int) -> Enumeration:
     return enumerate_runs(model_of(number), MOST, is_open=True, is_sequence=True)
 
 
-@pytest.mark.parametrize("number", slow_beyond(2, SMALL))
+@pytest.mark.parametrize("number", slow_beyond(1, SMALL))
 def test_no_proof_is_wrong(number: int) -> None:
     proved = [d for d in closing_of(number).decided if d.decision is Decision.UNCOVERABLE]
     sequences = enumerate_runs(model_of(number), _FEW, is_open=True, is_sequence=True, plans=PlanSet.ANY)
@@ -93,6 +93,7 @@ def test_random_cases_visit_nothing_that_no_run_visits_and_replay_alike(number: 
         assert tester.execute(replace(recorded, origin=None)).digest == execution.digest
 
 
+@pytest.mark.slow
 def test_an_input_that_changes_again_is_not_put_back_between() -> None:
     model = opened(small_random_model(113), 113)
     for each in Closer(model, CloseLimits(situations=2_000, planning=3_000, random=100, changes=100)).close().cases:

@@ -11,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from random import Random
 
+import pytest
 from hypothesis import given
 
 from scbm.cases import CONDITIONS, Case, Condition, ConditionKind, Injection
@@ -95,6 +96,7 @@ def _run_all(model: BehaviorModel, count: int, seed: int) -> dict[End, int]:
     return ends
 
 
+@pytest.mark.slow
 def test_seven_thousand_cases_of_the_example() -> None:
     count = share(OF_THE_EXAMPLE)
     ends = _run_all(load_model(EXAMPLE), count, seed=11)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -127,6 +128,7 @@ def test_the_expansion_equals_a_naive_one(written: tuple[Written, ...]) -> None:
     assert write_model(short) == write_model(long)
 
 
+@pytest.mark.slow
 @given(MODELS)
 @examples(300)
 def test_whole_handshakes_raise_no_doubt(written: tuple[Written, ...]) -> None:
@@ -141,6 +143,7 @@ def _lines(written: Written) -> dict[str, str]:
     return lines if written.payload else {line: key for line, key in lines.items() if "<-" not in line}
 
 
+@pytest.mark.slow
 @given(MODELS, st.data())
 @examples(300)
 def test_a_missing_line_of_an_operation_raises_one_doubt(written: tuple[Written, ...], data: st.DataObject) -> None:

@@ -52,6 +52,7 @@ def _assert_sound(model: BehaviorModel, cases: Iterable[Case], most: int) -> Non
                 assert under_test.failure(case) is None, (mutant.name, case.name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["robot_in_the_air", "dual_cnc"])
 def test_runs_of_written_cases_are_left_out_soundly(name: str) -> None:
     models = {"robot_in_the_air": "after.yaml", "dual_cnc": "cell.yaml"}
@@ -69,13 +70,14 @@ def test_runs_of_models_with_each_key_are_left_out_soundly(file: Path) -> None:
         _assert_sound(model, (with_fields(case, limits=limits) for case in drawn), share(200, 20))
 
 
-@pytest.mark.parametrize("number", slow_beyond(8, range(100)))
+@pytest.mark.parametrize("number", slow_beyond(3, range(100)))
 def test_runs_of_random_models_are_left_out_soundly(number: int) -> None:
     model = random_model(number)
     moves_inputs = number % 2 == 1
     _assert_sound(model, RandomCases(model, network=None, moves_inputs=moves_inputs).first(4, number), share(300, 30))
 
 
+@pytest.mark.slow
 def test_runs_with_drawn_plans_are_left_out_soundly() -> None:
     model = two_robots()
     _assert_sound(model, RandomCases(model).first(5, 0), 200)

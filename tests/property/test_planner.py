@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -120,6 +121,7 @@ def test_an_exploration_of_all_states_plans_as_the_search_does(model: BehaviorMo
                 assert isinstance(answer, Unsolvable)
 
 
+@pytest.mark.slow
 @given(planning_models(), st.data(), st.sampled_from([PlanLimits(), PlanLimits(2, 1_000), PlanLimits(1_000, 3)]))
 @examples(300)
 def test_remembered_plans_are_those_of_the_search_however_often_they_are_asked_for(
@@ -133,6 +135,7 @@ def test_remembered_plans_are_those_of_the_search_however_often_they_are_asked_f
             assert _without_effort(answer) == _without_effort(planner.plan(state, goal, limits))
 
 
+@pytest.mark.slow
 @given(planning_models(), st.data(), st.sampled_from([PlanLimits(), PlanLimits(2, 1_000), PlanLimits(1_000, 3)]))
 @examples(300)
 def test_a_policy_answers_as_the_search_does_from_any_state(

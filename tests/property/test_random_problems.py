@@ -72,6 +72,7 @@ def test_answers_of_other_programs_are_right(name: str, numbers: range) -> None:
         check(name, number)
 
 
+@pytest.mark.slow
 def test_the_problems_are_of_all_kinds() -> None:
     lengths: dict[int | None, int] = {}
     for number in range(1, share(_PROBLEMS) + 1):

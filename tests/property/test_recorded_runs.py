@@ -74,11 +74,13 @@ def test_a_saved_case_passes_and_a_changed_part_of_its_record_is_noticed(number:
             assert [failure.subject for failure in failures] == [f"recorded {part}"]
 
 
+@pytest.mark.slow
 def test_most_random_models_have_a_case_that_is_saved_with_its_result() -> None:
     numbers = range(10)
     assert sum(bool(saved_cases(model_of(number))) for number in numbers) > len(numbers) / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", CLOSED)
 def test_the_cases_of_closing_that_pass_have_their_results(number: int, tmp_path: Path) -> None:
     model = opened(small_random_model(number), number)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -34,6 +35,7 @@ def doubted(model: BehaviorModel, states: int) -> list[str | int]:
     return [str(doubt.path[1]) for doubt in doubts if doubt.slug is Slug.OPERATION_NEVER_ENABLED]
 
 
+@pytest.mark.slow
 @given(running_models(), st.integers(0, 2**32), st.sampled_from([2, 50, 5_000]))
 @settings(examples(200), suppress_health_check=[HealthCheck.too_slow])
 def test_operations_that_runs_start_are_not_doubted(model: BehaviorModel, seed: int, states: int) -> None:
@@ -45,6 +47,7 @@ def test_operations_that_runs_start_are_not_doubted(model: BehaviorModel, seed: 
     assert [name for name in doubted(model, states) if name in names] == []
 
 
+@pytest.mark.slow
 @given(st.integers(1, 200))
 @settings(examples(60), suppress_health_check=[HealthCheck.too_slow])
 def test_operations_of_larger_models_that_runs_start_are_not_doubted(number: int) -> None:

@@ -137,6 +137,7 @@ def test_memoized_macro_steps_do_what_their_micro_steps_do(
         assert shared.run(case, _choices(case, seed)) == expected
 
 
+@pytest.mark.slow
 @given(running_models(), st.data())
 @examples(150)
 def test_a_replay_of_the_recorded_choices_gives_the_same_bytes(model: BehaviorModel, data: st.DataObject) -> None:
@@ -173,6 +174,7 @@ def test_every_form_of_requirement_has_a_slow_reference() -> None:
     assert list(SENTENCE_REFERENCES) == list(FORMS.values())
 
 
+@pytest.mark.slow
 @given(running_models(), st.data())
 @examples(250)
 def test_violations_are_those_of_a_slow_monitor(model: BehaviorModel, data: st.DataObject) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -113,6 +114,7 @@ class Led:
 _NO_RECORDS = (SendRequest, CancelRequest, AskPlan, RunFinished)
 
 
+@pytest.mark.slow
 @examples(200)
 @given(st.one_of(running_models(), st.integers(0, 199).map(random_model)), st.data())
 def test_the_graph_of_runs_goes_where_the_runner_goes(model: BehaviorModel, data: st.DataObject) -> None:

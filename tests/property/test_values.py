@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -39,6 +40,7 @@ def _seen(records: tuple[Record, ...]) -> list[tuple[str, Value]]:
     return seen
 
 
+@pytest.mark.slow
 @given(running_models(), st.integers(0, 2**32))
 @settings(examples(300), suppress_health_check=[HealthCheck.too_slow])
 def test_runs_stay_within_the_values_and_visit_nothing_that_is_ruled_out(model: BehaviorModel, seed: int) -> None:
@@ -70,6 +72,7 @@ def test_the_values_do_not_depend_on_the_order_of_the_file(model: BehaviorModel)
     assert possible_values(turned) == possible_values(model)
 
 
+@pytest.mark.slow
 @given(running_models())
 @settings(examples(200), suppress_health_check=[HealthCheck.too_slow])
 def test_the_check_finds_no_flaw_in_what_is_ruled_out(model: BehaviorModel) -> None:

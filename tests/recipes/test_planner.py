@@ -34,7 +34,11 @@ def test_a_new_planner_is_chosen_by_its_name(scbm: Callable[..., Any], tmp_path:
 
 @pytest.mark.parametrize(
     "command",
-    [("run", BEFORE, "--goal", "item_a_delivered"), ("test", BEFORE, "--cases", "3", "--no-shrink"), ("close", BEFORE)],
+    [
+        ("run", BEFORE, "--goal", "item_a_delivered"),
+        ("test", BEFORE, "--cases", "3", "--no-shrink"),
+        pytest.param(("close", BEFORE), marks=pytest.mark.slow),
+    ],
     ids=lambda command: command[0],
 )
 def test_runs_tests_and_proofs_plan_by_the_default_entry(

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import pytest
 from hypothesis import settings
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Sequence
+
+Parameter = TypeVar("Parameter")
 
 _ALL = 100
 """`max_examples` of the full profiles; that of the small one is the share, in per cent, that a usual run draws."""
@@ -41,6 +43,11 @@ def examples(count: int, usual: int | None = None) -> settings:
     """
     drawn = share(count)
     return settings(max_examples=drawn if usual is None or drawn == count else min(drawn, usual))
+
+
+def slow_where(is_slow: Callable[[Parameter], bool], parameters: Iterable[Parameter]) -> list[object]:
+    """The parameters of a test, those that take long in the slow tier."""
+    return [pytest.param(each, marks=pytest.mark.slow) if is_slow(each) else each for each in parameters]
 
 
 def slow_beyond(count: int, numbers: Sequence[int]) -> list[object]:

@@ -15,6 +15,9 @@ AFTER = load_model(ROOT / "examples/robot_in_the_air/after.yaml")
 FAULTS = "loss: 20 %, duplication: 20 %, latency: 10 ms"
 AGAINST = (ROOT / "examples/robot_in_the_air/cases/delivery_against_all_odds.yaml").read_text(encoding="utf-8")
 
+LONG = ("odds", "livelock")
+"""The runs with the most records."""
+
 
 def runs(waiting: BehaviorModel, injected: str) -> Iterator[tuple[str, BehaviorModel, Execution]]:
     """Drawn runs on a bad network, all faults of resources, injections, and the models that are wrong.

@@ -41,6 +41,7 @@ def _characters() -> Iterator[tuple[str, str]]:
                 yield from ((character, file) for character in text if not character.isascii())
 
 
+@pytest.mark.slow
 def test_each_character_that_reaches_the_terminal_has_an_ascii_form() -> None:
     unknown = {"\N{REPLACEMENT CHARACTER}"}  # stands for a character that is no text at all
     found = {each: file for each, file in _characters() if each.isprintable() and each not in unknown}

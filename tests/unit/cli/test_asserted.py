@@ -76,6 +76,7 @@ def mutants(ran: Ran) -> Any:  # noqa: ANN401 - parsed JSON
     return json.loads(ran.out)["mutants"]
 
 
+@pytest.mark.slow
 def test_a_report_from_a_store_is_the_report_without_one(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
     plain = scbm(*MUTATE, "--json")
     first = scbm(*MUTATE, "--json", *STORE)
@@ -95,6 +96,7 @@ def _refuse(*_: object) -> MutantResult:
     raise AssertionError("the store has this result")
 
 
+@pytest.mark.slow
 def test_witnesses_come_back_from_a_store(scbm: Scbm) -> None:
     scbm(*MUTATE, "--witnesses", "fresh")
     fill(scbm)
@@ -115,6 +117,7 @@ def test_parts_of_the_mutants_add_up(scbm: Scbm, wording: Wording) -> None:
     assert "not known" not in scbm("report", "cov.db").out
 
 
+@pytest.mark.slow
 def test_decisions_outlive_a_change_of_the_cases(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
     fill(scbm)
     more = ("mutate", "gate.yaml", "late.yaml", "-j", "1", "--json")
@@ -151,6 +154,7 @@ def test_results_of_other_inputs_do_not_count(scbm: Scbm, change: str, old: str,
         assert "not known" not in scbm(*TEST, *STORE).out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [MutationRuns, Survivors], ids=["while cases run", "while mutants are compared"])
 def test_an_interrupted_command_keeps_what_it_did_and_goes_on(
     scbm: Scbm, monkeypatch: pytest.MonkeyPatch, place: type, wording: Wording
@@ -219,6 +223,7 @@ def _raise(error: InputError) -> MutantResult:
     raise error
 
 
+@pytest.mark.slow
 def test_decisions_under_larger_limits_count(scbm: Scbm, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     plain = scbm(*MUTATE, "--json")
     fill(scbm)
@@ -315,6 +320,7 @@ def test_the_threshold_decides_the_exit_code(scbm: Scbm, verb: tuple[str, ...], 
     wording(unwrapped(ran.err))
 
 
+@pytest.mark.slow
 def test_test_shows_the_command_that_fills_the_store(scbm: Scbm) -> None:
     ran = scbm(*TEST, *STORE, "--fail-under", "asserted=75")
     command = ran.err.splitlines()[-1].strip()
@@ -323,6 +329,7 @@ def test_test_shows_the_command_that_fills_the_store(scbm: Scbm) -> None:
     assert scbm(*TEST, *STORE, "--fail-under", "asserted=75").code == 0
 
 
+@pytest.mark.slow
 def test_random_cases_are_found_by_seed_and_options(scbm: Scbm) -> None:
     drawn = ("gate.yaml", "--cases", "4", "--seed", "3", "--network", "drawn", "--require", "always noted == noted")
     scbm("mutate", *drawn, "--no-equivalence", "-j", "1", *STORE)

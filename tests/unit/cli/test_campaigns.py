@@ -98,6 +98,7 @@ def test_workers_are_for_simulation(scbm: Callable[..., Any], wording: Wording) 
 AFTER = "examples/robot_in_the_air/after.yaml"
 
 
+@pytest.mark.slow
 def test_a_campaign_can_end_when_it_is_dry(scbm: Callable[..., Any], tmp_path: Path) -> None:
     ran = scbm("test", AFTER, "--until-dry", 20, "--seed", 2, "--save", tmp_path / "saved", "--json")
     report = json.loads(ran.out)
@@ -123,6 +124,7 @@ def test_cases_without_an_end_cannot_be_selected(scbm: Callable[..., Any], optio
     assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{option[0]}: error[bad-option]"])
 
 
+@pytest.mark.slow
 def test_a_report_of_many_random_cases_has_a_forecast(scbm: Callable[..., Any]) -> None:
     ran = scbm("test", AFTER, "--cases", 100, "--no-shrink")
     assert "\n  Forecast: 1000 cases would visit " in ran.out

@@ -46,6 +46,7 @@ def _write(directory: Path, name: str, text: str = CASE) -> Path:
 # saving and replaying
 
 
+@pytest.mark.slow
 def test_every_saved_case_replays_to_the_same_trace(scbm: Scbm, tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert scbm("test", BEFORE, "--cases", share(20), "--seed", 1, "--save", out).code == 0
@@ -59,6 +60,7 @@ def test_every_saved_case_replays_to_the_same_trace(scbm: Scbm, tmp_path: Path) 
         assert (tmp_path / "replayed").read_bytes() == (tmp_path / "drawn").read_bytes()
 
 
+@pytest.mark.slow
 def test_cases_on_a_bad_network_replay_too(scbm: Scbm, tmp_path: Path) -> None:
     out = tmp_path / "out"
     options = ("--cases", share(30), "--seed", 5, "--network", "drawn", "--time-limit", "5 min")
@@ -67,6 +69,7 @@ def test_cases_on_a_bad_network_replay_too(scbm: Scbm, tmp_path: Path) -> None:
         assert json.loads(scbm("replay", path, "--json").out)["is_recorded_run"] is True
 
 
+@pytest.mark.slow
 def test_saved_cases_give_the_report_that_the_random_ones_gave(scbm: Scbm, tmp_path: Path) -> None:
     drawn = json.loads(scbm("test", BEFORE, "--cases", 10, "--seed", 4, "--save", tmp_path, "--json").out)
     written = json.loads(scbm("test", BEFORE, tmp_path, "--json").out)
@@ -122,6 +125,7 @@ def test_the_cases_of_the_example_visit_everything(scbm: Scbm, wording: Wording)
     wording(ran.out.splitlines()[2:4])
 
 
+@pytest.mark.slow
 def test_files_and_random_cases_may_be_mixed(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("test", AFTER, CASES, "--cases", 3, "--seed", 9)
     wording(ran.out.splitlines()[3])
@@ -205,6 +209,7 @@ def test_a_model_is_not_taken_for_a_case_nor_a_case_for_a_model(scbm: Scbm, tmp_
 # requirements and small cases
 
 
+@pytest.mark.slow
 def test_a_requirement_of_the_command_line_is_violated_and_the_case_made_small(scbm: Scbm, tmp_path: Path) -> None:
     ran = scbm("test", BEFORE, "--require", HOME, "--failures", tmp_path)
     assert ran.code == 1
@@ -216,6 +221,7 @@ def test_a_requirement_of_the_command_line_is_violated_and_the_case_made_small(s
     assert scbm("test", AFTER, "--require", HOME, "--cases", 50, "--failures", tmp_path).code == 0
 
 
+@pytest.mark.slow
 def test_without_shrinking_the_first_case_is_reported(scbm: Scbm, tmp_path: Path) -> None:
     ran = scbm("test", BEFORE, "--require", HOME, "--no-shrink", "--failures", tmp_path / "none")
     assert (ran.code, "smallest" in ran.out, list((tmp_path / "none").glob("*.yaml"))) == (1, False, [])
@@ -287,6 +293,7 @@ def test_the_same_options_give_the_same_small_case(scbm: Scbm, tmp_path: Path) -
 # the network
 
 
+@pytest.mark.slow
 def test_a_network_can_be_given_and_drawn(scbm: Scbm, wording: Wording) -> None:
     lossy = json.loads(scbm("test", AFTER, "--network", "loss: 20 %, latency: 5 ms", "--seed", 1, "--json").out)
     assert lossy["coverage"]["by_state"]["timedout"]["visited"] > 0

@@ -57,6 +57,7 @@ def cell(tmp_path: Path) -> Path:
 # the report
 
 
+@pytest.mark.slow
 def test_close_draws_the_report(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     ran = scbm("close", BEFORE, "--cases", 20, "--seed", 1)
     assert (ran.code, ran.err) == (0, "")
@@ -88,12 +89,14 @@ def test_a_suite_is_begun_with(scbm: Scbm, wording: Wording) -> None:
     wording(ran.out)
 
 
+@pytest.mark.slow
 def test_one_case_file_is_a_suite_too(scbm: Scbm, wording: Wording) -> None:
     files = ("--suite", f"{CASES}/second_scan_succeeds.yaml", "--suite", f"{CASES}/gripper_opens_late.yaml")
     lines = scbm("close", AFTER, *files).out.splitlines()
     wording(line for line in lines if line.startswith("  Before: "))
 
 
+@pytest.mark.slow
 def test_what_is_undecided_makes_the_exit_code_1(scbm: Scbm) -> None:
     few = ("--max-states", 5, "--max-random", 5, "--max-changes", 5)
     ran = scbm("close", BEFORE, *few)
@@ -158,6 +161,7 @@ def _breaking(before: Path) -> Path:
     return before
 
 
+@pytest.mark.slow
 def test_a_failed_random_case_is_drawn_again_by_its_command(scbm: Scbm, before: Path) -> None:
     ran = scbm("close", _breaking(before), "--cases", 3, "--seed", 1)
     assert ran.code == 1
@@ -165,6 +169,7 @@ def test_a_failed_random_case_is_drawn_again_by_its_command(scbm: Scbm, before: 
     assert scbm(*shlex.split(command)).code == 1
 
 
+@pytest.mark.slow
 def test_a_new_case_that_breaks_a_requirement_is_reported(
     scbm: Scbm, before: Path, tmp_path: Path, wording: Wording
 ) -> None:
@@ -257,6 +262,7 @@ def test_a_file_of_someone_else_is_not_lost(scbm: Scbm, before: Path, tmp_path: 
     assert list(path.parent.iterdir()) == [path]
 
 
+@pytest.mark.slow
 def test_two_models_do_not_share_a_directory(scbm: Scbm, before: Path, tmp_path: Path, wording: Wording) -> None:
     other = Path(shutil.copy(before, tmp_path / "other.yaml"))
     assert scbm("close", before, "--out", tmp_path / "out").code == 0
@@ -270,6 +276,7 @@ def test_two_models_do_not_share_a_directory(scbm: Scbm, before: Path, tmp_path:
 # what is found on the way
 
 
+@pytest.mark.slow
 def test_a_new_case_that_ends_in_a_livelock_is_reported(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     flicker = (
         "automatic_transitions:\n"
@@ -345,6 +352,7 @@ def certificate(scbm: Scbm, before: Path, tmp_path: Path) -> Path:
     return tmp_path / "out" / "certificates" / "runs.json"
 
 
+@pytest.mark.slow
 def test_a_certificate_is_checked_against_the_model_that_it_names(
     scbm: Scbm, certificate: Path, wording: Wording
 ) -> None:
@@ -353,6 +361,7 @@ def test_a_certificate_is_checked_against_the_model_that_it_names(
     wording(ran.out)
 
 
+@pytest.mark.slow
 def test_a_model_on_the_line_goes_first(scbm: Scbm, certificate: Path, before: Path, wording: Wording) -> None:
     before.unlink()
     missing = scbm("close", "--check", certificate)
@@ -365,6 +374,7 @@ def test_a_model_on_the_line_goes_first(scbm: Scbm, certificate: Path, before: P
     wording(ran.err)
 
 
+@pytest.mark.slow
 def test_a_model_that_was_changed_is_another_version(scbm: Scbm, certificate: Path, before: Path) -> None:
     text = before.read_text(encoding="utf-8")
     before.write_text(f"# a comment is no change\n{text}", encoding="utf-8")
@@ -395,6 +405,7 @@ def test_a_certificate_with_something_left_out_is_not_sound(
     assert report["flaws"]
 
 
+@pytest.mark.slow
 def test_certificates_as_json(scbm: Scbm, certificate: Path, wording: Wording) -> None:
     report = _json(scbm("close", "--check", certificate, "--json"))
     assert report["format_version"] == 1
@@ -421,6 +432,7 @@ def test_what_is_no_certificate_is_wrong_input(scbm: Scbm, tmp_path: Path, text:
     assert ran.err.startswith(f"{path}:")
 
 
+@pytest.mark.slow
 def test_a_certificate_that_names_no_model_needs_one(scbm: Scbm, certificate: Path, before: Path) -> None:
     lines = certificate.read_text(encoding="utf-8").splitlines(keepends=True)
     certificate.write_text("".join(line for line in lines if "model_file" not in line), encoding="utf-8")

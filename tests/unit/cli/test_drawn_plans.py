@@ -96,6 +96,7 @@ def test_a_plan_of_scbm_plan_is_never_drawn(drawn: Path, scbm: Callable[..., Any
     assert scbm("plan", drawn, "--goal", "served", "--planner", "greedy").code == 0
 
 
+@pytest.mark.slow
 def test_saved_cases_are_replayed_with_their_plans(canonical: Path, tmp_path: Path, scbm: Callable[..., Any]) -> None:
     saved = tmp_path / "saved"
     assert scbm("test", canonical, "--cases", 6, "--plans", "shortest", "--save", saved).code == 0

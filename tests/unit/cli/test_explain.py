@@ -29,6 +29,7 @@ def test_a_covered_obligation_is_reported_with_its_run(scbm: Scbm, golden: Calla
     golden("explain.txt", ran.out)
 
 
+@pytest.mark.slow
 def test_the_case_that_is_shown_visits_it(scbm: Scbm) -> None:
     model = load_model(AFTER)
     for name in ("place_item_a/failed", "robot_unmount_gripper/timedout", "automatic/clear_scan_timeouts"):
@@ -49,6 +50,7 @@ def test_a_case_of_the_suite_is_reported_with_its_file_and_command(scbm: Scbm) -
     assert scbm(*shlex.split(command)).code == 0
 
 
+@pytest.mark.slow
 def test_what_was_made_to_go_wrong_is_reported(scbm: Scbm, wording: Wording) -> None:
     for options in (("scanner_scan_item_a/disabled", "--suite", CASES), ("gripper_close/timedout",)):
         story, _, _ = scbm("explain", AFTER, *options).out.partition("\ncase: ")
@@ -78,6 +80,7 @@ def test_what_follows_from_the_model_file_says_so(scbm: Scbm, tmp_path: Path, wo
     assert (entry["decision"], "looked_at" in entry) == ("uncoverable", False)
 
 
+@pytest.mark.slow
 def test_an_undecided_obligation_is_reported_with_the_option_that_helps(scbm: Scbm) -> None:
     ran = scbm("explain", BEFORE, "robot_move_to_home/failed", "--max-states", 5)
     assert ran.code == 1
@@ -85,6 +88,7 @@ def test_an_undecided_obligation_is_reported_with_the_option_that_helps(scbm: Sc
     assert "--max-states" in ran.out
 
 
+@pytest.mark.slow
 def test_a_name_alone_stands_for_all_of_its_obligations(scbm: Scbm, wording: Wording) -> None:
     report = json.loads(scbm("explain", AFTER, "gripper_open", "--json").out)["obligations"]
     aspects = ["disabled", "executing", "failed", "timedout", "completed", "queued"]

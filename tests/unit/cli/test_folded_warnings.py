@@ -106,6 +106,7 @@ def test_more_objects_make_no_more_lines(scbm: Scbm, tmp_path: Path) -> None:
     assert lines[0] == lines[1]
 
 
+@pytest.mark.slow
 def test_suggestions_and_reasons_name_the_entry(scbm: Scbm, model: Path) -> None:
     explained = scbm("explain", model, "count/failed")
     assert explained.out.count("Suggested change") == 1

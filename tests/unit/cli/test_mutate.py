@@ -55,6 +55,7 @@ def result(ran: Ran) -> Any:  # noqa: ANN401 - parsed JSON
     return json.loads(ran.out)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", ["80", "60"])
 def test_the_report_fits_the_width(scbm: Scbm, gate: Path, monkeypatch: pytest.MonkeyPatch, columns: str) -> None:
     monkeypatch.setenv("COLUMNS", columns)
@@ -64,6 +65,7 @@ def test_the_report_fits_the_width(scbm: Scbm, gate: Path, monkeypatch: pytest.M
     assert ran.out.startswith("Mutation report: gate\n\n  Suite:   1 written case\n  Mutants: 46: ")
 
 
+@pytest.mark.slow
 def test_json_counts_each_mutant_once(scbm: Scbm, gate: Path) -> None:
     data = result(scbm("mutate", gate, gate.with_name("late.yaml"), "--json"))
     statuses = [mutant["status"] for mutant in data["mutants"]]
@@ -75,6 +77,7 @@ def test_json_counts_each_mutant_once(scbm: Scbm, gate: Path) -> None:
     assert (data["cases"], data["failing"]) == (1, [])
 
 
+@pytest.mark.slow
 def test_each_mutant_has_its_place(scbm: Scbm, gate: Path) -> None:
     lines = GATE.splitlines()
     for mutant in result(scbm("mutate", gate, "--cases", 1, "--json"))["mutants"]:
@@ -114,6 +117,7 @@ def test_recorded_results_notice_more(scbm: Scbm, gate: Path, wording: Wording) 
     wording(found["automatic/counts/drop"]["reason"])
 
 
+@pytest.mark.slow
 def test_cases_that_fail_on_the_model_are_named(scbm: Scbm, gate: Path, wording: Wording) -> None:
     wrong = gate.with_name("wrong.yaml")
     wrong.write_text(LATE.replace("late", "wrong") + "expect: {verdict: aborted}\n", encoding="utf-8")
@@ -123,6 +127,7 @@ def test_cases_that_fail_on_the_model_are_named(scbm: Scbm, gate: Path, wording:
     assert (alone.code, diagnostic_heads(alone.err)) == (2, ["CASES: error[no-cases]"])
 
 
+@pytest.mark.slow
 def test_sarif_has_each_mutant_that_no_case_killed(scbm: Scbm, gate: Path, tmp_path: Path) -> None:
     log = tmp_path / "mutants.sarif"
     data = result(scbm("mutate", gate, gate.with_name("late.yaml"), "--sarif", log, "--json"))
@@ -153,6 +158,7 @@ class _Page(HTMLParser):
         self.addresses += [values[key] for key in ("src", "href") if not values.get(key, "#").startswith("#")]
 
 
+@pytest.mark.slow
 def test_the_page_has_each_mutant_at_its_line_and_loads_nothing(scbm: Scbm, gate: Path, tmp_path: Path) -> None:
     file = tmp_path / "mutants.html"
     data = result(scbm("mutate", gate, gate.with_name("late.yaml"), "--html", file, "--json"))
@@ -222,6 +228,7 @@ def test_without_goals_of_the_model_no_mutant_is_proved_equivalent(scbm: Scbm, g
     wording(ran.err)
 
 
+@pytest.mark.slow
 def test_without_a_decision_no_mutant_is_equivalent(scbm: Scbm, gate: Path) -> None:
     arguments = ("mutate", gate, gate.with_name("late.yaml"), "--json")
     decided, left = result(scbm(*arguments)), result(scbm(*arguments, "--no-equivalence"))
@@ -231,6 +238,7 @@ def test_without_a_decision_no_mutant_is_equivalent(scbm: Scbm, gate: Path) -> N
     assert left["killed"] == decided["killed"]
 
 
+@pytest.mark.slow
 def test_a_limit_leaves_mutants_undecided_with_the_reason(scbm: Scbm, gate: Path) -> None:
     data = result(scbm("mutate", gate, gate.with_name("late.yaml"), "--max-states", 2, "--json"))
     reasons = [mutant["reason"] for mutant in data["mutants"] if mutant["status"] == "undecided"]
@@ -238,6 +246,7 @@ def test_a_limit_leaves_mutants_undecided_with_the_reason(scbm: Scbm, gate: Path
     assert all("--max-states" in reason for reason in reasons)
 
 
+@pytest.mark.slow
 def test_saved_witnesses_kill_what_they_say(scbm: Scbm, gate: Path) -> None:
     late, saved = gate.with_name("late.yaml"), gate.with_name("witnesses")
     data = result(scbm("mutate", gate, late, "--witnesses", saved, "--json"))
@@ -250,11 +259,13 @@ def test_saved_witnesses_kill_what_they_say(scbm: Scbm, gate: Path) -> None:
     assert again["score"] > data["score"]
 
 
+@pytest.mark.slow
 def test_witnesses_that_are_there_are_not_written_again(scbm: Scbm, gate: Path) -> None:
     arguments = ("mutate", gate, gate.with_name("late.yaml"), "--witnesses", gate.with_name("witnesses"))
     assert (scbm(*arguments).code, scbm(*arguments).code) == (0, 0)
 
 
+@pytest.mark.slow
 def test_witnesses_that_were_edited_stay_as_they_are(scbm: Scbm, gate: Path, wording: Wording) -> None:
     saved = gate.with_name("witnesses")
     arguments = ("mutate", gate, gate.with_name("late.yaml"), "--witnesses", saved)

@@ -109,6 +109,7 @@ def test_combined_stores_say_it_too(tmp_path: Path, scbm: Scbm, wording: Wording
     assert _lifted(data)["united_with"] == _lifted(scbm("report", tmp_path / "all.db", "--json"))["united_with"]
 
 
+@pytest.mark.slow
 def test_proofs_and_results_of_mutants_count_for_their_own_objects(store: Path, scbm: Scbm) -> None:
     model = store.parent / "doors.yaml"
     closed = store.parent / "closed"

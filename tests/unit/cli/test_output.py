@@ -129,6 +129,7 @@ def _assert_marks(out: bytes, encoding: str, bar: str) -> None:
     assert [line for line in text.splitlines() if len(line) > 80] == []
 
 
+@pytest.mark.slow
 def test_marks_have_ascii_forms_where_the_output_of_a_process_lacks_them() -> None:
     environment = {**os.environ, "PYTHONIOENCODING": "cp1252", "COLUMNS": "80"}
     command = [sys.executable, "-m", "scbm", *REPORT]

@@ -43,7 +43,7 @@ def noted(monkeypatch: pytest.MonkeyPatch) -> list[PlanLimits]:
         ("run", BEFORE, "--goal", "item_a_scanned"),
         ("test", BEFORE, "--cases", "2", "--no-shrink"),
         ("replay", "examples/robot_in_the_air/cases/delivery_among_others.yaml"),
-        ("close", BEFORE, "--cases", "1", *FEW),
+        pytest.param(("close", BEFORE, "--cases", "1", *FEW), marks=pytest.mark.slow),
         ("explain", BEFORE, "robot_move_to_box_a/disabled", *FEW),
         ("trace", BEFORE, "--case", "1"),
         ("trace", "examples/robot_in_the_air/cases/delivery_among_others.yaml"),
@@ -215,6 +215,7 @@ def test_a_recorded_case_that_fails_is_repeated_with_the_planner_of_the_campaign
     assert (replayed.code, "FAILED" in replayed.out) == (1, True)
 
 
+@pytest.mark.slow
 def test_limits_of_the_command_line_are_recorded_and_give_the_same_run_again(
     scbm: Callable[..., Any], tmp_path: Path
 ) -> None:

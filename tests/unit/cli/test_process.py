@@ -67,6 +67,7 @@ def test_a_closed_pipe_does_not_look_like_failed_tests() -> None:
         assert process.wait() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [(), ("--json",)])
 def test_a_closed_pipe_does_not_hide_that_tests_failed(more: tuple[str, ...], tmp_path: Path) -> None:
     failing = ("test", BEFORE, "--require", "never robot_at == agv", "--failures", str(tmp_path), *more)
@@ -88,6 +89,7 @@ def test_a_closed_pipe_does_not_hide_that_the_input_is_wrong() -> None:
         assert process.wait() == 2
 
 
+@pytest.mark.slow
 def test_an_output_that_is_not_utf8_is_no_fault() -> None:
     environment = {**os.environ, "PYTHONIOENCODING": "cp1252"}
     command = [sys.executable, "-m", "scbm", "test", BEFORE, "--cases", "2"]
@@ -96,6 +98,7 @@ def test_an_output_that_is_not_utf8_is_no_fault() -> None:
     assert b"SCBM-IAS" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
 def test_a_full_disk_is_reported_in_a_line() -> None:
     command = [sys.executable, "-m", "scbm", "schema"]

@@ -74,6 +74,7 @@ def test_a_log_is_judged_by_its_case(scbm: Scbm, tmp_path: Path, wording: Wordin
     wording(line for line in ran.out.splitlines() if "FAILED" in line)
 
 
+@pytest.mark.slow
 def test_what_happened_to_the_requests_of_a_log_excuses_that_the_goal_is_not_reached(
     scbm: Scbm, tmp_path: Path, wording: Wording
 ) -> None:
@@ -108,6 +109,7 @@ def test_a_log_has_the_time_limit_of_its_run(scbm: Scbm, tmp_path: Path, wording
     wording(ran.err)
 
 
+@pytest.mark.slow
 def test_the_model_of_a_log_is_seen_from_where_the_log_is(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     (tmp_path / "models").mkdir()
     (tmp_path / "logs").mkdir()

@@ -96,7 +96,7 @@ UNUSED = {
             {*UNUSED, "scbm.files.codec.case_keys", "scbm.testing.tester", "scbm.proofcheck.runs_check"},
         ),
         (("test", BEFORE, "--cases", "2"), {*UNUSED, "scbm.closing.closer", "scbm.proofcheck.runs_check"}),
-        (
+        pytest.param(
             ("close", BEFORE),
             {
                 *UNUSED,
@@ -107,6 +107,7 @@ UNUSED = {
                 "scbm.proofcheck.runs_check",
                 "scbm.testing.mutants",
             },
+            marks=pytest.mark.slow,
         ),
     ],
 )
@@ -134,6 +135,7 @@ LATE = (
 """Packages that import their names late; the ones that import most come last."""
 
 
+@pytest.mark.slow
 def test_packages_that_import_their_names_late_export_all_of_them() -> None:
     """In a process of its own, as other tests have imported everything."""
     code = f"from importlib import import_module; packages = [import_module(name) for name in {LATE}]\n"

@@ -102,6 +102,7 @@ def test_certificates_with_flaws_do_not_count(lamp: Path, closed: Path, scbm: Sc
     assert "migrate-to-the-open-world" in statuses["ignored_certificates"][0]
 
 
+@pytest.mark.slow
 def test_reports_say_what_proofs_assume(lamp: Path, closed: Path, scbm: Scbm) -> None:
     words = "Goals of the model follow each other in any order"
     assert words in scbm("test", lamp, closed, "--certificates", closed).out
@@ -236,6 +237,7 @@ goals: {lit: on == true}
 """
 
 
+@pytest.mark.slow
 def test_a_waiver_of_what_only_a_forced_state_visits_is_in_use(lamp: Path, scbm: Scbm, wording: Wording) -> None:
     lamp.write_text(LOCKED + WAIVERS.replace("failed", "disabled"))
     case, store = lamp.parent / "forced.yaml", lamp.parent / "cov.db"
@@ -271,6 +273,7 @@ def test_closing_and_explaining_keep_a_waiver_of_what_only_a_forced_state_visits
     wording(scbm("explain", lamp, "switch/disabled", *few).out)
 
 
+@pytest.mark.slow
 def test_closing_waives_what_it_cannot_decide(lamp: Path, scbm: Scbm) -> None:
     undecided = ("--max-states", "1", "--max-planning", "1", "--max-random", "0", "--max-changes", "0")
     model = Path("examples/robot_in_the_air/before.yaml").read_text()

@@ -52,6 +52,7 @@ def filled(scbm: Scbm, store: Path, made: dict[str, bytes]) -> Path:
     return store
 
 
+@pytest.mark.slow
 def test_a_run_is_added_and_compared_with_the_last(scbm: Scbm, store: Path, wording: Wording) -> None:
     first = scbm("test", BEFORE, "--cases", 5, "--seed", 1, "--store", store)
     second = scbm("test", BEFORE, "--cases", 5, "--seed", 2, "--store", store)
@@ -107,6 +108,7 @@ def test_what_the_command_line_adds_to_cases_is_kept(scbm: Scbm, store: Path) ->
     assert len(report["cases"]) == 9
 
 
+@pytest.mark.slow
 def test_a_store_that_cannot_be_written_any_more_does_not_end_the_campaign(
     scbm: Scbm, store: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
@@ -551,6 +553,7 @@ def test_nowhere_takes_every_format(scbm: Scbm, filled: Path) -> None:
     assert Path("/dev/null").is_char_device()
 
 
+@pytest.mark.slow
 def test_lines_of_files_end_alike_on_every_system(
     scbm: Scbm, filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -167,6 +167,7 @@ def test_run_wants_a_goal_or_a_case(scbm: Scbm, arguments: tuple[object, ...]) -
     assert (ran.code, "error[bad-option]" in ran.err) == (2, True)
 
 
+@pytest.mark.slow
 def test_test_draws_the_report(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     ran = scbm("test", BEFORE, "--cases", 20, "--seed", 1)
     assert ran.code == 0

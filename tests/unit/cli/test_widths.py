@@ -22,8 +22,8 @@ REPORTS = (
     ("close", BEFORE),
     ("close", GRIPPER),
     ("explain", BEFORE, "robot_move_to_home"),
-    ("explain", BEFORE, "gripper_open/disabled"),
-    ("mutate", LAMPS, "--cases", "2"),
+    pytest.param(("explain", BEFORE, "gripper_open/disabled"), marks=pytest.mark.slow),
+    pytest.param(("mutate", LAMPS, "--cases", "2"), marks=pytest.mark.slow),
 )
 
 

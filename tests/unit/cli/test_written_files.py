@@ -155,6 +155,7 @@ def test_what_closing_may_not_write_is_refused_before_it(
     assert "permission denied" in ran.err
 
 
+@pytest.mark.slow
 def test_a_report_is_not_written_over_the_store(inputs: dict[str, Path], tmp_path: Path, scbm: Scbm) -> None:
     store = tmp_path / "s.db"
     assert scbm("test", inputs["model"], "--cases", 1, "--store", store, "--failures", tmp_path / "f").code == 0
@@ -180,7 +181,7 @@ def test_saved_cases_do_not_replace_the_model_that_has_the_name_of_one(tmp_path:
         ("run", "{model}", "--goal", "item_a_delivered", "--trace", "{out}/trace.jsonl"),
         ("trace", "{model}", "--case", "1", "--perfetto", "{out}/run.json"),
         ("test", "{model}", "--cases", "2", "--save", "{out}"),
-        ("close", "{model}", "--out", "{out}"),
+        pytest.param(("close", "{model}", "--out", "{out}"), marks=pytest.mark.slow),
         ("test", "{model}", "--cases", "2", "--store", "{out}/store.db"),
     ],
 )
@@ -200,7 +201,9 @@ def test_a_full_disk_is_a_located_error_and_leaves_nothing_cut_off(
     "arguments",
     [
         ("test", "{model}", "--cases", "9", "--store", "{out}/new.db", "--failures", "{out}"),
-        ("mutate", "{model}", "--cases", "1", "--no-equivalence", "--store", "{out}/new.db"),
+        pytest.param(
+            ("mutate", "{model}", "--cases", "1", "--no-equivalence", "--store", "{out}/new.db"), marks=pytest.mark.slow
+        ),
         ("combine", "{store}", "-o", "{out}/new.db"),
     ],
     ids=lambda each: each[0],

@@ -44,6 +44,7 @@ def test_a_long_search_is_refused_and_not_begun_again() -> None:
             assert 0 < plans.expanded < 50_000, "later questions expand nothing"
 
 
+@pytest.mark.slow
 def test_a_refused_plan_is_searched_for_with_more_effort_and_then_known() -> None:
     model = blocks()
     plans = CasePlans(model)
@@ -134,6 +135,7 @@ def test_a_run_without_any_plan_is_none() -> None:
     assert bounded(Tester(model, plans=_FewPlans(model, 0)), case) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("planning", [1, 40, 400])
 def test_cases_under_a_small_budget_run_alike_without_it(planning: int) -> None:
     model = independent(3, 4)

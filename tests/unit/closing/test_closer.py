@@ -80,6 +80,7 @@ def test_the_example_before_its_repair() -> None:
     assert [str(s.goal) for s in closing.suggestions] == ["robot_at == home", "mounted == none && gripper_act == open"]
 
 
+@pytest.mark.slow
 def test_the_example_after_its_repair() -> None:
     closing = shared_closing(load_model(EXAMPLE / "after.yaml"))
     assert closing.after.figure.visited == 86
@@ -89,6 +90,7 @@ def test_the_example_after_its_repair() -> None:
     assert closing.suggestions == ()
 
 
+@pytest.mark.slow
 def test_what_a_suite_visits_is_left_to_it() -> None:
     model = load_model(EXAMPLE / "after.yaml")
     cases = RandomCases(model, "after.yaml").first(20, 1)
@@ -124,6 +126,7 @@ def test_timeouts_in_a_row_come_out_without_being_reported() -> None:
     assert sum(1 + (rule.last or 0) - rule.first for rule in timeouts) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [100, 101, 120])
 def test_a_case_that_needs_more_plans_than_a_run_may_ask_for_has_a_limit_of_its_own(count: int) -> None:
     text = (SCAN % f"  enough: {{g: timeouts == {count} && lamp == dark, a: [lamp <- green]}}").replace(
@@ -227,6 +230,7 @@ goals: {all: v == true && w == true}
     assert [str(o) for made in closing.cases for o in made.adds_by_force] == ["set_v/disabled", "set_w/disabled"]
 
 
+@pytest.mark.slow
 def test_a_reply_after_a_deadline_comes_after_the_plan() -> None:
     """The request of an operation that timed out stays in flight where nothing clears its trigger."""
     text = (SCAN % "  late: {g: scanner_req_state == succeeded && timeouts == 1, a: [lamp <- green]}").replace(
@@ -235,6 +239,7 @@ def test_a_reply_after_a_deadline_comes_after_the_plan() -> None:
     assert decision(Closer(read_model(text, "scan.yaml")).close(), "automatic/late") is Decision.COVERED
 
 
+@pytest.mark.slow
 def test_closing_twice_comes_to_the_same() -> None:
     model = load_model(EXAMPLE / "before.yaml")
     first, second = shared_closing(model), Closer(model).close()
@@ -307,6 +312,7 @@ def test_what_can_leave_its_domain_makes_a_difference() -> None:
     assert "timeouts" in Relevance(model, Program(model).packing).names
 
 
+@pytest.mark.slow
 def test_under_another_planner_only_proofs_that_hold_for_every_plan_are_kept() -> None:
     model = load_model(EXAMPLE / "before.yaml")
     excluded = {d.obligation for d in shared_closing(model).decided if d.decision is Decision.EXCLUDED}
@@ -332,6 +338,7 @@ def test_a_proof_from_all_runs_is_none_for_a_model_with_another_planner() -> Non
     assert [flaw.where for flaw in check_certificate(forged, model)] == ["the planner"]
 
 
+@pytest.mark.slow
 def test_limits_of_the_model_that_end_plans_leave_runs_unexplored() -> None:
     model = load_model(EXAMPLE / "before.yaml")
     short = Closer(replace(model, planner=PlannerChoice("canonical", max_length=5))).close()

@@ -86,6 +86,7 @@ goals:
 """
 
 
+@pytest.mark.slow
 def test_what_only_forced_states_visit_is_not_promised_of_another_plan(wording: Wording) -> None:
     model = read_model(BLOCKED)
     closing = Closer(model).close()

@@ -167,6 +167,7 @@ def test_cases_have_about_six_injections(twelve: str) -> None:
     assert sum(counts) == 24
 
 
+@pytest.mark.slow
 def test_operations_that_complete_at_once_share_one_suggestion(
     twelve: str, scbm: Callable[..., Any], tmp_path: Path
 ) -> None:

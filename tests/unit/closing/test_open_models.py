@@ -231,6 +231,7 @@ goals: {x: x == true}
 """
 
 
+@pytest.mark.slow
 def test_changes_after_all_goals_have_ended_are_no_fault() -> None:
     model = read_model(LATE)
     wanted = [each for each in Closer(model).close().after.obligations if str(each) == "automatic/d"]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from scbm.closing import Closer, Decision
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
 from support.random_models import random_model
@@ -22,6 +24,7 @@ def test_a_graph_whose_planning_became_too_large_keeps_the_positions_that_were_f
         assert list(graph.edges(len(graph.positions))) == []
 
 
+@pytest.mark.slow
 def test_closing_says_undecided_where_planning_became_too_large() -> None:
     model = random_model(MODEL)
     closing = Closer(model, replace(FEW_PLANNING_STATES, beyond=100)).close()

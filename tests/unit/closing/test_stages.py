@@ -38,6 +38,7 @@ def counts(closing: Closing) -> dict[Decision, int]:
     return {decision: decisions.count(decision) for decision in Decision}
 
 
+@pytest.mark.slow
 def test_without_a_graph_random_and_changed_cases_cover_what_runs_can_visit() -> None:
     closing = shared_closing(example(), NO_GRAPH)
     assert counts(closing)[Decision.COVERED] == counts(shared_closing(example()))[Decision.COVERED] == 62
@@ -46,6 +47,7 @@ def test_without_a_graph_random_and_changed_cases_cover_what_runs_can_visit() ->
     assert all(made.case.origin is None for made in closing.cases), "a new case draws nothing"
 
 
+@pytest.mark.slow
 def test_random_cases_are_drawn_as_by_campaigns_and_what_they_cover_stays() -> None:
     tester, cases = Tester(example()), RandomCases(example()).first(5, 0)
     drawn = 0
@@ -55,6 +57,7 @@ def test_random_cases_are_drawn_as_by_campaigns_and_what_they_cover_stays() -> N
     assert not drawn & ~closing.after.visited
 
 
+@pytest.mark.slow
 def test_each_limit_has_an_effect() -> None:
     nothing = replace(NO_GRAPH, random=0, changes=0)
     covered = [
@@ -65,6 +68,7 @@ def test_each_limit_has_an_effect() -> None:
     assert counts(Closer(example(), replace(nothing, situations=1_000)).close())[Decision.UNDECIDED] == 0
 
 
+@pytest.mark.slow
 def test_what_ended_a_stage_names_its_option() -> None:
     ended = Closer(example(), replace(NO_GRAPH, random=3, changes=1)).close().ended
     options = [(end.stage, end.option) for end in ended]
@@ -128,6 +132,7 @@ def test_interrupted_suggestions_change_no_decision() -> None:
     assert closing.decided == shared_closing(model).decided
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beginning", ["exploring the runs", "looking for cases", "guided search"])
 def test_an_interruption_leaves_the_cases_of_earlier_stages(beginning: str) -> None:
     for model in (None, two_robots()):
@@ -136,6 +141,7 @@ def test_an_interruption_leaves_the_cases_of_earlier_stages(beginning: str) -> N
         assert counts(closing)[Decision.COVERED] > 0
 
 
+@pytest.mark.slow
 def test_an_interruption_while_cases_are_finished_loses_none(monkeypatch: pytest.MonkeyPatch) -> None:
     finish, calls = as_closing_case, list[Execution]()
 
@@ -168,6 +174,7 @@ def test_suggestions_have_a_limit_that_changes_no_decision(monkeypatch: pytest.M
 # progress
 
 
+@pytest.mark.slow
 def test_guided_search_names_the_obligation_that_it_works_at() -> None:
     lines: list[str] = []
     Closer(example(), NO_GRAPH, lines.append).close()
@@ -177,6 +184,7 @@ def test_guided_search_names_the_obligation_that_it_works_at() -> None:
     assert all("at most" in text for text in guided), "what is left"
 
 
+@pytest.mark.slow
 def test_a_search_beyond_the_graph_names_its_obligation() -> None:
     lines: list[str] = []
     Closer(example(), CloseLimits(situations=50, random=0, changes=0), lines.append).close()
@@ -237,6 +245,7 @@ def sampled(progress: list[str]) -> SampledCases:
     return SampledCases(tester, plans, everything, 0, progress.append)
 
 
+@pytest.mark.slow
 def test_random_cases_end_when_they_are_dry() -> None:
     lines: list[str] = []
     search = sampled(lines)

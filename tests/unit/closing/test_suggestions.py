@@ -95,6 +95,7 @@ def test_a_goal_serves_only_what_was_verified() -> None:
     assert [str(o) for o in suggestion.obligations] == [names[1], names[2], names[3]]
 
 
+@pytest.mark.slow
 def test_what_only_forced_states_visit_is_not_promised_of_a_goal(wording: Wording) -> None:
     disabled, *others = (
         Obligation("robot_move_to_home", aspect) for aspect in (Aspect.DISABLED, Aspect.EXECUTING, Aspect.QUEUED)

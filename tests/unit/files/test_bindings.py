@@ -477,6 +477,7 @@ def is_one_type_each(binding: Binding) -> bool:
     )
 
 
+@pytest.mark.slow
 @given(bindings().filter(is_one_type_each))
 def test_what_is_written_is_read_as_the_same(binding: Binding) -> None:
     model = replace(MODEL, resources=(replace(SCANNER, binding=binding), MODEL.resources[1]))

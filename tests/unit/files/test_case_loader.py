@@ -173,6 +173,7 @@ def test_a_list_of_many_requests_is_no_larger_for_that() -> None:
     assert [(forced.first, forced.last) for forced in case.outcomes] == [(1, 10_000), (10_001, 10_001)]
 
 
+@pytest.mark.slow
 def test_there_are_bounds_for_copies_and_injections() -> None:
     copies = ", ".join(["1 ms"] * 101)
     (diagnostic,) = diagnostics_of(f"{CASE}outcomes: {{scanner: {{request: [{copies}]}}}}\n")

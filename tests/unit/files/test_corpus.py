@@ -14,6 +14,7 @@ from scbm.files import load_model, read_model
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.yaml.text_files import MAX_BYTES, MAX_ERRORS
 from scbm.model import InputError, PlannerChoice, RunsDeclaration, Slug, format_duration, format_value
+from support.profiles import slow_beyond
 from support.wording import Wording
 
 if TYPE_CHECKING:
@@ -360,7 +361,7 @@ def test_an_alias_bomb_is_refused_before_it_goes_off() -> None:
     assert (diagnostic.slug, diagnostic.place.line) == (Slug.YAML_TOO_LARGE, 6)
 
 
-@pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "{", "? ", "[{"])
+@pytest.mark.parametrize("opening", slow_beyond(4, ["[", "- ", "? ", "{a: ", "{", "[{"]))
 def test_deep_nesting_is_refused_where_it_gets_too_deep(opening: str, wording: Wording) -> None:
     (diagnostic,) = diagnostics_of(opening * 5_000)
     assert diagnostic.slug is Slug.YAML_TOO_LARGE

@@ -64,6 +64,7 @@ def test_choices_of_two_parameters_are_ordered_with_the_last_one_fastest(conditi
     assert choices_of("x in zone, y in zone", condition, "true") == expected.split()
 
 
+@pytest.mark.slow
 def test_a_model_is_the_same_under_every_hash_seed() -> None:
     entries = [
         f"  go{number}[x in zone, y in zone]: {{where: '{where}', pre: {{g: true}}, post: {{g: true, a: [at <- y]}}}}\n"

@@ -365,6 +365,7 @@ def test_a_folder_can_be_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert load_model(path).name == "cell"
 
 
+@pytest.mark.slow
 def test_parts_that_multiply_are_refused_before_they_fill_the_memory(tmp_path: Path) -> None:
     for level in range(1, 9):
         uses = ", ".join(f"p{index}: {{use: level{level - 1}.yaml}}" for index in range(10))

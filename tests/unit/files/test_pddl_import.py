@@ -486,6 +486,7 @@ YARD = """(define (problem yard-1) (:domain yard) (:objects t1 t2 - truck a b - 
 """
 
 
+@pytest.mark.slow
 def test_a_type_above_them_stands_for_either_of_several_types() -> None:
     domain = PddlText("d", EITHER.replace("(/ (distance ?a ?b) (speed ?t))", "(= ?duration 5)"))
     problem = PddlText("p", YARD)

@@ -30,6 +30,7 @@ def _more(parts: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     return st.one_of(lists, mappings, lists.map(FlowList), mappings.map(FlowMapping))
 
 
+@pytest.mark.slow
 @examples(600)
 @given(st.dictionaries(TEXTS, st.recursive(SCALARS, _more, max_leaves=12), max_size=4), st.booleans())
 def test_data_is_written_as_ruamel_writes_it(data: dict[str, Any], short_in_flow: bool) -> None:  # noqa: FBT001 - drawn

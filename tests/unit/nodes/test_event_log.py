@@ -59,6 +59,7 @@ def _check_whole(log: EventLog, records: tuple[Record, ...], model: BehaviorMode
 # a log is the run
 
 
+@pytest.mark.slow
 @given(st.data())
 @examples(120)
 def test_a_log_of_whatever_a_case_says_is_its_run(data: st.DataObject) -> None:
@@ -70,13 +71,14 @@ def test_a_log_of_whatever_a_case_says_is_its_run(data: st.DataObject) -> None:
     _check_whole(log, records, model)
 
 
-@pytest.mark.parametrize("number", slow_beyond(share(40, least=10), range(1, 41)))
+@pytest.mark.parametrize("number", slow_beyond(share(40), range(1, 41)))
 def test_a_log_of_a_random_model_on_a_bad_network_is_its_run(number: int) -> None:
     model = random_model(number)
     for case in RandomCases(model, network=None).first(4, seed=number):
         _check_whole(*captured(model, case, OPTIONS, LIMITS), model)
 
 
+@pytest.mark.slow
 def test_logs_of_the_example_have_notes_within_the_records_of_an_event() -> None:
     network = read_network("loss: 20 %, duplication: 20 %, latency: 10 ms", AFTER)
     places = []

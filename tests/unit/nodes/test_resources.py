@@ -444,6 +444,7 @@ def test_who_asks_by_hand_may_leave_before_the_answer() -> None:
     play(scene)
 
 
+@pytest.mark.slow
 def test_what_is_remembered_of_others_and_of_runs_that_nobody_announces_is_bounded() -> None:
     async def scene(harness: Harness) -> None:
         for request in range(1_500):

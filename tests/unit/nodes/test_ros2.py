@@ -135,6 +135,7 @@ def test_topics_keep_all_and_are_as_reliable_as_declared(
     assert rclpy.endpoints["/light"].qos == Profile(KEEP_ALL, RELIABLE, VOLATILE)
 
 
+@pytest.mark.slow
 def test_each_end_learns_how_many_are_there_whenever_that_changes(rclpy: Rclpy, scene: Callable[[Play], None]) -> None:
     async def play(bus: RclpyBus) -> None:
         changes = {name: Kept[int]() for name in ("/talk", "/distance", "/light")}

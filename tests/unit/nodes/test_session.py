@@ -252,6 +252,7 @@ def test_a_cell_that_is_not_whole_is_reported_and_left(wording: Wording) -> None
     in_thread(work)
 
 
+@pytest.mark.slow
 def test_what_the_first_case_waits_for_is_reported() -> None:
     def work() -> None:
         hub = LoopbackHub()

@@ -146,6 +146,7 @@ def test_a_search_can_be_cancelled() -> None:
         Planner(model, "greedy").plan(model.nominal_state, model.goals[0][1], should_continue=lambda: False)
 
 
+@pytest.mark.slow
 def test_plans_are_the_same_under_every_hash_seed() -> None:
     script = (
         "from published import PROBLEMS; from scbm.planning import Planner\n"

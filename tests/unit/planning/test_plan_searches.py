@@ -201,6 +201,7 @@ def test_states_of_several_words_with_equal_hashes_are_not_confused(monkeypatch:
     assert _search(model, "arrays", reduced) == expected
 
 
+@pytest.mark.slow
 def test_a_long_search_goes_on_from_both_ends() -> None:
     answer = _search(PROBLEMS["blocks-9-0"](), None)
     assert len(_plan(answer)) == 30
@@ -270,6 +271,7 @@ def test_values_that_are_copied_swapped_and_compared(engine: str) -> None:
     assert _plan(_search(model, engine)) == _plan(_plain(model))
 
 
+@pytest.mark.slow
 def test_plans_are_the_same_under_every_hash_seed() -> None:
     program = (
         "from published import PROBLEMS\n"

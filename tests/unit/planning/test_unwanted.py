@@ -87,6 +87,7 @@ def test_nothing_is_remembered_of_a_search_that_was_stopped(first_budget: int, m
     assert len(answer.plan) == 36
 
 
+@pytest.mark.slow
 def test_distances_that_were_not_worked_out_to_their_end_are_worked_out_again() -> None:
     stopped, fresh = Planner(MODEL).policy(GOALS["all"]), Planner(MODEL).policy(GOALS["all"])
     start = stopped.task.pack(START)

@@ -21,7 +21,8 @@ from scbm.model import BehaviorModel, Value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE
 from scbm.reports.run.event_lines import event_lines
 from scbm.reports.run.mcap_trace import write_mcap
-from support.runs import runs
+from support.profiles import slow_where
+from support.runs import LONG, runs
 from support.wording import Wording
 
 WAITING = read_model("""\
@@ -97,7 +98,7 @@ def valuation(model: BehaviorModel, last: dict[str, Any]) -> dict[str, Value]:
     return state | {each.trigger: last[f"/resources/{each.name}"]["trigger"] for each in model.resources}
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", slow_where(LONG.__contains__, RUNS))
 def test_each_message_is_as_its_schema_says(name: str) -> None:
     reader = make_reader(BytesIO(written(name)), validate_crcs=True)
     summary = reader.get_summary()
@@ -122,7 +123,7 @@ def test_every_record_can_be_read_from_the_start_and_is_whole(name: str) -> None
     assert header == Header(profile="", library=f"scbm {scbm.__version__}")
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", slow_where(LONG.__contains__, RUNS))
 def test_the_states_of_the_channels_are_those_of_the_trace_behind_every_record(name: str) -> None:
     model, execution = RUNS[name]
     by_record: dict[int, list[Read]] = {}

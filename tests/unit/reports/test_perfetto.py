@@ -26,7 +26,8 @@ from scbm.files import read_model
 from scbm.model import ValueKind, format_value
 from scbm.reports.run.perfetto import write_perfetto
 from support.loops import GUARD_S
-from support.runs import AFTER, runs
+from support.profiles import slow_where
+from support.runs import AFTER, LONG, runs
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -167,7 +168,7 @@ def test_arrows_go_from_the_operation_to_its_request(name: str) -> None:
 # what it says
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", slow_where(LONG.__contains__, RUNS))
 def test_operations_last_as_long_as_the_trace_says(name: str) -> None:
     model, execution = RUNS[name]
     records = execution.trace.records

@@ -160,6 +160,7 @@ def test_markdown_says_how_to_see_it_again(wording: Wording) -> None:
     assert f"; {durations(only_nodes())}\n" in text
 
 
+@pytest.mark.slow
 def test_the_page_has_where_cases_ran(wording: Wording) -> None:
     history = failed(both())
     text = html_report(history, Replays(history).execute)

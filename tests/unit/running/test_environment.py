@@ -194,6 +194,7 @@ def test_the_trace_names_the_transition_and_is_written_and_read() -> None:
     assert sentence_of(MeasurementReceived(0, ()), model.nominal_state).text == "measured"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moves_inputs", [False, True])
 def test_a_recorded_case_gives_the_same_trace(moves_inputs: bool) -> None:  # noqa: FBT001 - pytest gives it by name
     model = press(

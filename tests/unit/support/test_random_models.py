@@ -15,6 +15,7 @@ ALL = range(1, 201)
 SOME = ALL[: share(200)]
 
 
+@pytest.mark.slow
 def test_each_is_read_as_it_is_written() -> None:
     assert [number for number in SOME if read_model(write_model(random_model(number))) != random_model(number)] == []
 

@@ -463,6 +463,7 @@ def test_the_models_of_the_study_violate_nothing(path: Path) -> None:
         assert not found, f"case {number}: {found[0]}"
 
 
+@pytest.mark.slow
 def test_no_random_model_makes_the_runner_send_after_an_end() -> None:
     for number in range(share(200)):
         model = random_model(number)

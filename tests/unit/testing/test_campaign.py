@@ -19,6 +19,7 @@ from support.wording import Wording
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["before", "after"])
 def test_a_case_replays_to_the_same_trace_byte_for_byte(name: str) -> None:
     model = load_model(EXAMPLE / f"{name}.yaml")

@@ -66,6 +66,7 @@ def test_as_many_planning_states_are_reachable(before: BehaviorModel, after: Beh
     assert (_reachable(before), _reachable(after)) == (190, 152)
 
 
+@pytest.mark.slow
 def test_before_the_repair_two_operations_are_on_no_plan_and_after_it_none(
     before: BehaviorModel, after: BehaviorModel
 ) -> None:
@@ -74,6 +75,7 @@ def test_before_the_repair_two_operations_are_on_no_plan_and_after_it_none(
     assert [n for n in names if n not in _queueable(after)] == []
 
 
+@pytest.mark.slow
 def test_random_cases_give_a_first_figure_like_the_papers(before: BehaviorModel) -> None:
     tester, cases = Tester(before), RandomCases(before)
     figures = []
@@ -90,6 +92,7 @@ def test_random_cases_give_a_first_figure_like_the_papers(before: BehaviorModel)
     assert max(figures) <= 46
 
 
+@pytest.mark.slow
 def test_the_requirement_holds_after_the_repair(after: BehaviorModel) -> None:
     tester, cases = Tester(after), RandomCases(after)
     campaign = Campaign.of(tester.model, tester.results(cases.first(200, seed=1)))

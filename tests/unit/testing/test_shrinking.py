@@ -47,6 +47,7 @@ def test_seeded_faults_shrink_to_a_few_operations(golden: Callable[[str, str], N
     golden("shrunk.txt", "".join(shown))
 
 
+@pytest.mark.slow
 def test_the_documentation_reports_the_sizes_before_and_after() -> None:
     page = (Path(__file__).parents[3] / "docs" / "how-to" / "debug-failing-cases.md").read_text(encoding="utf-8")
     for name, seeded in SEEDED.items():
@@ -56,6 +57,7 @@ def test_the_documentation_reports_the_sizes_before_and_after() -> None:
         assert f"| {name} | {' | '.join(sizes)} | {shrunk.runs} |\n" in page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SEEDED)
 def test_a_small_case_fails_alike_wherever_it_is_run(name: str) -> None:
     tester, execution, failure = SEEDED[name].find()

@@ -279,6 +279,7 @@ def test_operations_that_only_a_change_from_outside_enables_are_not_doubted(more
     assert Slug.OPERATION_NEVER_ENABLED not in [doubt.slug for doubt in doubts]
 
 
+@pytest.mark.slow
 def test_recovery_reaches_every_state_in_which_a_run_starts_an_operation() -> None:
     model = read_model(_RECOVERY)
     tester = Tester(model)

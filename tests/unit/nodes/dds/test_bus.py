@@ -66,6 +66,7 @@ def test_a_process_is_heard_to_its_end_and_its_end_is_noticed(domain: int, warn:
     assert [last] == sorted({came.source for came in messages if isinstance(came, Received)})
 
 
+@pytest.mark.slow
 def test_a_loop_that_is_busy_loses_nothing(domain: int, warn: Complain) -> None:
     async def scenario() -> list[Received]:
         bus = DdsBus.open("ears", domain, warn)

@@ -37,6 +37,7 @@ def _any_case(data: st.DataObject, model: BehaviorModel) -> Case:
     return data.draw(cases(model, injections=True, network=True, max_goals=3))
 
 
+@pytest.mark.slow
 @given(running_models(), st.data())
 @MANY
 def test_a_drawn_case_always_runs_to_an_end(model: BehaviorModel, data: st.DataObject) -> None:
@@ -47,6 +48,7 @@ def test_a_drawn_case_always_runs_to_an_end(model: BehaviorModel, data: st.DataO
     assert execution.ended_ns <= OPTIONS.time_limit_ns * len(case.goals)
 
 
+@pytest.mark.slow
 def test_cases_have_one_goal_unless_more_are_asked_for() -> None:
     model = scan_cell()
     several = find(cases(model, max_goals=2), lambda case: bool(case.later), settings=FEW)
@@ -55,6 +57,7 @@ def test_cases_have_one_goal_unless_more_are_asked_for() -> None:
     assert all(goal.when is None for goal in several.goals)
 
 
+@pytest.mark.slow
 @given(running_models(), st.data())
 @MANY
 def test_a_drawn_case_is_one_that_a_file_can_say(model: BehaviorModel, data: st.DataObject) -> None:

@@ -49,6 +49,7 @@ def test_a_report_is_as_long_as_asked(cell: pytest.Pytester, wording: Wording) -
     assert cell.runpytest("--scbm-report=long").ret is pytest.ExitCode.USAGE_ERROR
 
 
+@pytest.mark.slow
 def test_a_report_of_several_models_or_a_quiet_one_is_short(cell: pytest.Pytester, wording: Wording) -> None:
     write(cell.path, one=PASSES)
     (quiet,) = lines_with(cell.runpytest("-q"), "cell.yaml: ")

@@ -121,6 +121,7 @@ def test_it_is_the_same_file_each_time_and_in_each_process(before: History) -> N
         assert ran.stdout.decode() == once
 
 
+@pytest.mark.slow
 def test_it_fetches_nothing(page: Page) -> None:
     policy = [a["content"] for tag, a in page.elements if a.get("http-equiv") == "Content-Security-Policy"]
     assert policy == ["default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"]
@@ -189,6 +190,7 @@ def visited_only_by(coverage: Coverage, label: str) -> int:
     return sum(o.counts and list(coverage.visitors(o)) == [label] for o in coverage.obligations)
 
 
+@pytest.mark.slow
 def test_each_case_has_its_command() -> None:
     history = history_of(EXAMPLE / "after.yaml", 2, written=[EXAMPLE / "cases/second_scan_succeeds.yaml"])
     written, drawn, other = history.cases
@@ -295,6 +297,7 @@ def test_texts_have_enough_contrast_in_all_themes() -> None:
                 assert contrast(colour, background) >= 4.5, (name, colour, background)
 
 
+@pytest.mark.slow
 def test_a_lost_case_has_a_page_without_a_run() -> None:
     history = with_lost_cases(history_of(EXAMPLE / "before.yaml", 3), 1)
     executions = [Replays(history).execute(case) for case in history.cases]

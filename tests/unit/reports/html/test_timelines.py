@@ -136,6 +136,7 @@ def test_injections_before_the_run_leave_no_state_and_those_in_it_are_packed() -
     assert first.state == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", sorted((MODELS / "fails_at_run").glob("*.yaml")), ids=lambda file: file.stem)
 def test_runs_that_fail_are_packed_record_by_record(file: Path) -> None:
     model = load_model(file)

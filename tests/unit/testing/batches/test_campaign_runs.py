@@ -13,7 +13,7 @@ from scbm.testing import Campaign, Tester, campaign_json
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import BatchPlan, BatchResult, InProcess, StopRule, run_batch, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
-from support.profiles import share
+from support.profiles import share, slow_beyond
 
 ROOT = Path(__file__).parents[4]
 EXAMPLE = load_model(ROOT / "examples/robot_in_the_air/after.yaml")
@@ -43,7 +43,7 @@ def total(work: CampaignWork, size: int | None, rule: StopRule | None = None) ->
     return [step.total for step in run_steps(work, executor, rule or StopRule())][-1]
 
 
-@pytest.mark.parametrize("size", [1, 7, 100])
+@pytest.mark.parametrize("size", slow_beyond(1, [7, 1, 100]))
 def test_the_size_of_batches_does_not_matter(size: int) -> None:
     work = CampaignWork(EXAMPLE, numbers=range(1, 31), seed=3, network=None)
     expected = Campaign.of(EXAMPLE, Tester(EXAMPLE).results(work.cases()))
@@ -60,7 +60,7 @@ def test_a_campaign_ends_at_its_first_failure_whatever_the_size_of_batches(size:
     assert (first.count, first.failed_positions) == (1, (1,))
 
 
-@pytest.mark.parametrize("size", [1, 7, 100])
+@pytest.mark.parametrize("size", slow_beyond(1, [7, 1, 100]))
 def test_a_campaign_is_dry_after_cases_in_a_row_that_visited_nothing_new(size: int) -> None:
     work = CampaignWork(EXAMPLE, numbers=range(1, share(1_000, least=200) + 1), seed=1)
     all_cases = total(work, 100)
@@ -72,6 +72,7 @@ def test_a_campaign_is_dry_after_cases_in_a_row_that_visited_nothing_new(size: i
     assert total(work, size, StopRule(dry=1_000)) == all_cases
 
 
+@pytest.mark.slow
 def test_case_files_do_not_count_as_dry() -> None:
     drawn = CampaignWork(EXAMPLE, numbers=range(1, 201), seed=1)
     written = tuple(drawn.case(1) for _ in range(50))

@@ -39,6 +39,7 @@ def test_answers_do_not_depend_on_the_number_of_processes(jobs: int) -> None:
         ]
 
 
+@pytest.mark.slow
 def test_no_worker_stays_behind_a_sweep_that_is_left() -> None:
     model = load_model(BEFORE)
     sweep = GoalSweep(model, model.nominal_state, tuple(goal for _, goal in model.goals), PlanLimits())
@@ -49,6 +50,7 @@ def test_no_worker_stays_behind_a_sweep_that_is_left() -> None:
     assert len(multiprocessing.active_children()) == before
 
 
+@pytest.mark.slow
 def test_a_command_without_a_goal_plans_for_all(scbm: Callable[..., Any]) -> None:
     ran = [scbm("plan", BEFORE, "--json", "--state", "robot_at=home", *jobs) for jobs in ((), ("-j", 1), ("-j", 2))]
     assert len({each.out for each in ran}) == 1

@@ -31,6 +31,7 @@ def total(work: CampaignWork, executor: Executor, rule: StopRule | None = None) 
     return [step.total for step in run_steps(work, executor, rule or StopRule())][-1]
 
 
+@pytest.mark.slow
 def test_workers_give_the_same_results_as_one_process() -> None:
     work = CampaignWork(EXAMPLE, numbers=range(1, 61), seed=3, network=None)
     assert total(work, WorkerProcesses(2)) == total(work, InProcess())

@@ -95,6 +95,7 @@ def test_a_case_that_fails_on_the_original_kills_nothing() -> None:
     assert {result.case for result in runs.results(mutants_of(model))} == {"plain", ""}
 
 
+@pytest.mark.slow
 def test_a_case_that_names_an_operation_that_is_gone_is_killed_by_that(wording: Wording) -> None:
     model = two_robots("canonical")
     plain = read_case("case: one\nmodel: two_robots\ngoal: served\n", model)
@@ -105,6 +106,7 @@ def test_a_case_that_names_an_operation_that_is_gone_is_killed_by_that(wording: 
     wording(gone.reason)
 
 
+@pytest.mark.slow
 def test_plans_of_a_case_that_are_no_plans_of_the_mutant_are_planned_anew() -> None:
     model = two_robots()
     plain = read_case("case: one\nmodel: two_robots\ngoal: served\n", model)
@@ -115,6 +117,7 @@ def test_plans_of_a_case_that_are_no_plans_of_the_mutant_are_planned_anew() -> N
     assert found["place_2/post.a/value:box <- shelf"].status is MutantStatus.UNDECIDED
 
 
+@pytest.mark.slow
 def test_plans_of_a_case_that_are_plans_of_the_mutant_are_kept() -> None:
     model = two_robots()
     plain = read_case("case: one\nmodel: two_robots\ngoal: served\nexpect: {order: [pick_2, place_2]}\n", model)

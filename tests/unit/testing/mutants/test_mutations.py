@@ -291,6 +291,7 @@ def test_a_mutant_that_means_the_same_as_an_earlier_one_is_left_out() -> None:
     assert "reset/pre.g/value:done == false" not in names_of("guard-value")
 
 
+@pytest.mark.slow
 def test_which_mutants_an_operator_makes_does_not_depend_on_the_selection() -> None:
     every = list(mutants_of(read_model(CELL)))
     for operator in MUTATIONS:
