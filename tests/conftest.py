@@ -64,6 +64,7 @@ _GARBAGE_THRESHOLD = 200_000
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--full", action="store_true", help="run all tiers of tests, with all examples of properties")
+    parser.addoption("--one-in", type=int, default=1, metavar="N", help="run a fixed sample: one of N slow tests")
     parser.addoption("--update-golden", action="store_true", help="write golden files instead of comparing with them")
 
 
@@ -99,10 +100,11 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out the tiers of `support.tiers`, unless options choose tests."""
+    """Leave out the tiers of `support.tiers`, unless options choose tests, and what is not in the sample."""
     if config.getoption("--full") or config.getoption("markexpr"):
-        return
-    kept, left_out = tiers.split(items, config.args)
+        kept, left_out = tiers.sample(items, config.getoption("--one-in"))
+    else:
+        kept, left_out = tiers.split(items, config.args)
     config.stash[_LEFT_OUT] = tiers.counts(left_out)
     if left_out:
         config.hook.pytest_deselected(items=left_out)
@@ -126,7 +128,8 @@ def pytest_testnodedown(node: object) -> None:
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     left_out = config.stash.get(_LEFT_OUT, {})
     if left_out:
-        terminalreporter.write_line(tiers.summary(left_out))
+        is_sample = config.getoption("--one-in") > 1
+        terminalreporter.write_line(tiers.sample_summary(left_out) if is_sample else tiers.summary(left_out))
 
 
 @pytest.fixture

@@ -50,6 +50,6 @@ def slow_where(is_slow: Callable[[Parameter], bool], parameters: Iterable[Parame
     return [pytest.param(each, marks=pytest.mark.slow) if is_slow(each) else each for each in parameters]
 
 
-def slow_beyond(count: int, numbers: Sequence[int]) -> list[object]:
+def slow_beyond(count: int, parameters: Sequence[object]) -> list[object]:
     """The parameters of a test: the first ones run always, the others in the slow tier."""
-    return [*numbers[:count], *(pytest.param(number, marks=pytest.mark.slow) for number in numbers[count:])]
+    return [*parameters[:count], *(pytest.param(each, marks=pytest.mark.slow) for each in parameters[count:])]

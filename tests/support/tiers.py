@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
+from zlib import crc32
 
 if TYPE_CHECKING:
     import pytest
@@ -33,6 +34,19 @@ def split(items: Iterable[pytest.Item], named: Iterable[str]) -> tuple[list[pyte
     return kept, left_out
 
 
+def sample(items: Iterable[pytest.Item], one_in: int) -> tuple[list[pytest.Item], list[pytest.Item]]:
+    """Return the tests of a sample and those it leaves out: about one of so many slow tests, and all others.
+
+    The names of tests decide, so that the sample is the same everywhere, and stays when other tests come or go.
+    """
+    kept: list[pytest.Item] = []
+    left_out: list[pytest.Item] = []
+    for item in items:
+        is_kept = tier_of(item) != "slow" or crc32(item.nodeid.encode()) % one_in == 0
+        (kept if is_kept else left_out).append(item)
+    return kept, left_out
+
+
 def counts(items: Iterable[pytest.Item]) -> dict[str, int]:
     """Return how many tests there are of each tier."""
     found = Counter(tier_of(item) for item in items)
@@ -41,9 +55,18 @@ def counts(items: Iterable[pytest.Item]) -> dict[str, int]:
 
 def summary(left_out: Mapping[str, int]) -> str:
     """Return a sentence about the tests that were left out, and the commands that run them."""
-    listed = ", ".join(f"{count} {tier}" for tier, count in left_out.items())
+    listed = _listed(left_out)
     some = next(iter(left_out))
     return (
         f"Left out: {listed}; properties drew a tenth of their examples.\n"
         f"`pytest -m {some}` runs one of these tiers, `pytest --full` everything (see CONTRIBUTING.md, Tiers of tests)."
     )
+
+
+def sample_summary(left_out: Mapping[str, int]) -> str:
+    """Return a sentence about the tests that a sample left out, and the command that runs them."""
+    return f"Not in this sample: {_listed(left_out)}. `pytest -m slow` runs them, too."
+
+
+def _listed(left_out: Mapping[str, int]) -> str:
+    return ", ".join(f"{count} {tier}" for tier, count in left_out.items())

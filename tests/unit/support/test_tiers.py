@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from support.tiers import TIERS, counts, split, summary
+from support.tiers import TIERS, counts, sample, sample_summary, split, summary
 from support.wording import Wording, read_sections, write_sections
 
 MARKED = """
@@ -38,6 +38,24 @@ def test_a_test_that_is_named_runs_in_whatever_tier_it_is(items: list[pytest.Ite
     kept, left_out = split(items, [named])
     assert [item.name for item in kept] == ["test_plain", "test_page"]
     assert counts(left_out) == {"slow": 1, "browser": 1}
+
+
+def test_a_sample_has_a_fixed_part_of_the_slow_tests_and_all_others(pytester: pytest.Pytester) -> None:
+    pytester.makeini("[pytest]\nmarkers =\n    slow\n")
+    lines = [f"    @pytest.mark.slow\n    def test_long_{number}(): pass" for number in range(30)]
+    items = pytester.getitems("\n".join(["    import pytest", "    def test_plain(): pass", *lines]))
+    kept, left_out = sample(items, 3)
+    assert "test_plain" in [item.name for item in kept]
+    assert {*kept, *left_out} == {*items}
+    assert 0 < len(kept) < len(items)
+    assert [*map(str, sample(items[::-1], 3)[0])] == [*map(str, kept[::-1])]
+    assert sample(items, 1) == (items, [])
+
+
+def test_the_summary_of_a_sample_says_how_to_run_all() -> None:
+    text = sample_summary({"slow": 3})
+    assert "3 slow" in text
+    assert "pytest -m slow" in text
 
 
 def test_the_summary_says_how_to_run_what_was_left_out() -> None:
