@@ -10,7 +10,7 @@ from ruamel.yaml import YAML
 
 from conftest import Ran
 from scbm.cli.verbs.init import EXAMPLES, project_files
-from scbm.files import load_model, open_case
+from scbm.files import digest_of, load_model, open_case, read_model
 
 pytest_plugins = "pytester"
 
@@ -31,6 +31,19 @@ def test_a_project_has_a_model_with_the_goal_and_cases_of_it(example: str, scbm:
     assert cases
     for case in cases:
         open_case(case).read(model)
+
+
+@pytest.mark.parametrize("example", ["cnc", "paper"])
+def test_a_model_with_short_forms_names_the_command_that_writes_it_out(
+    example: str, scbm: Scbm, tmp_path: Path
+) -> None:
+    assert scbm("init", tmp_path / "cell", "--example", example).code == 0
+    model = tmp_path / "cell" / "model.yaml"
+    text = model.read_text(encoding="utf-8")
+    assert "`scbm show model.yaml --expanded`" in text
+    written = scbm("show", model, "--expanded").out
+    assert len(written.splitlines()) > len(text.splitlines()) * 3 / 2
+    assert digest_of(load_model(model)) == digest_of(read_model(written))
 
 
 def test_the_ci_job_is_yaml_and_uses_the_files(scbm: Scbm, tmp_path: Path) -> None:

@@ -22,14 +22,16 @@ class ExampleCell:
     """One example.
 
     Attributes:
-        model: its model file in the folder of examples; cases stand in `cases` beside it.
+        model: its model file in the folder of examples.
         goal: a goal of the model that a run reaches.
         about: what the cell is, for the help and the README of a project.
+        cases: the folder of its cases beside the model.
     """
 
     model: str
     goal: str
     about: str
+    cases: str = "cases"
 
 
 EXAMPLES: dict[str, ExampleCell] = {
@@ -43,10 +45,15 @@ EXAMPLES: dict[str, ExampleCell] = {
         "agv_line/cell.yaml", "delivered", "an AGV with orders that fail, a protective field and a lost position"
     ),
     "cnc": ExampleCell(
-        "dual_cnc/cell.yaml", "pallet_finished", "two CNC machines and a robot, with stop, light curtain and recovery"
+        "dual_cnc/lifted.yaml",
+        "pallet_finished",
+        "two CNC machines and a robot, with stop, light curtain and recovery",
+        cases="lifted_cases",
     ),
     "paper": ExampleCell(
-        "robot_in_the_air/after.yaml", "item_a_scanned", "the robot on a gantry of the paper about SCBM-IAS, repaired"
+        "robot_in_the_air/handshakes.yaml",
+        "item_a_scanned",
+        "the robot on a gantry of the paper about SCBM-IAS, repaired",
     ),
     "delivery": ExampleCell(
         "delivery/cell.yaml", "goal", "two robots that carry crates through a warehouse, imported from PDDL"
@@ -93,10 +100,13 @@ def command(
 
 
 def project_files(cell: ExampleCell) -> dict[str, str]:
-    """Return the text of each file of a new project, by its path in the folder."""
+    """Return the text of each file of a new project, by its path in the folder.
+
+    Comments of a model that name its file, such as in a command, name `model.yaml` instead.
+    """
     model = examples_folder() / cell.model
-    cases = sorted((model.parent / "cases").glob("*.yaml"))
-    files = {"model.yaml": read_file(model)}
+    cases = sorted((model.parent / cell.cases).glob("*.yaml"))
+    files = {"model.yaml": read_file(model).replace(model.name, "model.yaml")}
     files |= {f"cases/{case.name}": _MODEL_LINE.sub("model: ../model.yaml", read_file(case)) for case in cases}
     commands = "".join(f"    {line}\n" for line in _commands(cell))
     return files | {
@@ -181,6 +191,7 @@ The example: {about}. Change it into your own cell.
 Begin with these commands:
 
 {commands}
+`scbm show model.yaml --expanded` prints the model written out: all that `request`, parts and objects stand for.
 `scbm test` reports which parts of the model the cases have exercised. `scbm close` generates the missing cases, or
 proves that there are none. `scbm explain model.yaml OBLIGATION` says why one is not covered. `scbm mutate
 model.yaml cases --store mutants.db` shows which changes of the model the cases would not notice; that takes up to
