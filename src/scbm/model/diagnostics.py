@@ -5,7 +5,7 @@ There is one family of exceptions. Every error that a user can cause is an `Inpu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -34,12 +34,20 @@ class Place:
         line: counted from 1; 0 means the whole text.
         column: counted from 1, in characters; 0 means the whole line.
         length: the number of characters that the caret underlines.
+        user: where the text is used, if that is elsewhere: the alias of an anchor, the word of a part that an argument
+            stands for, the use of a part. It may have a user itself. Places with different users are equal.
     """
 
     file: str
     line: int = 0
     column: int = 0
     length: int = 1
+    user: Place | None = field(default=None, compare=False, repr=False)
+
+    def used_at(self, user: Place) -> Place:
+        """Return the place of the same text, whose last user is used at `user`."""
+        whole = user if self.user is None else self.user.used_at(user)
+        return Place(self.file, self.line, self.column, self.length, whole)
 
     def __str__(self) -> str:
         if not self.line:

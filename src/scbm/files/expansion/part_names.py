@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import (
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from scbm.files.yaml.source_text import Scalar
     from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.model import Place
 
 NAMED_SECTIONS = (
     "variables",
@@ -238,7 +240,8 @@ class PartCopy:
             if argument.text is None or not _WORD.fullmatch(argument.text):
                 message = f"`{word}` {_NO_TYPE}"
                 if not argument.condemned:
-                    self.report.add(Slug.WRONG_SHAPE, message, argument.place, "give the name of a type")
+                    place = argument.place.used_at(entry.place)
+                    self.report.add(Slug.WRONG_SHAPE, message, place, "give the name of a type")
                 return None
         written = _WORD.sub(lambda word: types[word[0]].text or word[0] if word[0] in types else word[0], index)
         node = self._copied(entry.node, has_names=has_names)
@@ -261,7 +264,7 @@ class PartCopy:
         return replace(mapping, incomplete=True) if None in copied else mapping
 
     def _entry(self, entry: MappingEntry, *, has_names: bool) -> MappingEntry | None:
-        key = self._key(entry.key) if has_names else entry.key
+        key = self._key(entry) if has_names else entry.key
         if key is None:
             return None
         if entry.key == "ros" and not has_names:
@@ -269,7 +272,8 @@ class PartCopy:
         if entry.key == "name" and entry.node.scalar is not None and entry.node.text and not has_names:
             return entry._replace(node=self._prefixed(entry.node, entry.node.scalar))
         below = (has_names or entry.key in _TEXT_KEYS) and entry.key not in _PLAIN_KEYS
-        return entry._replace(key=key, node=self._copied(entry.node, has_names=below))
+        place = self._key_place(entry) if has_names else entry.place
+        return entry._replace(key=key, place=place, node=self._copied(entry.node, has_names=below))
 
     def _bound(self, node: YamlNode, kind: str) -> YamlNode:
         """Return the copy of a part of a binding: its names of variables are those of the copy, other words stay."""
@@ -281,29 +285,37 @@ class PartCopy:
         return self._mapping(node, (self._bound_entry(entry, kind) for entry in entries_of(node)))
 
     def _bound_entry(self, entry: MappingEntry, kind: str) -> MappingEntry | None:
-        key = self._key(entry.key) if kind in BY_VARIABLE else entry.key
+        key, place = (self._key(entry), self._key_place(entry)) if kind in BY_VARIABLE else (entry.key, entry.place)
         inner = BINDING_PARTS.get(kind, {})
         below = inner.get(entry.key) or inner.get("*", "words")
-        return None if key is None else entry._replace(key=key, node=self._bound(entry.node, below))
+        return None if key is None else entry._replace(key=key, place=place, node=self._bound(entry.node, below))
 
-    def _key(self, key: str) -> str | None:
+    def _key_place(self, entry: MappingEntry) -> Place:
+        """Return where the key of a variable is written: that of an argument is in the file that uses the part."""
+        argument = self.arguments.get(entry.key)
+        return entry.place if argument is None else argument.place.used_at(entry.place)
+
+    def _key(self, entry: MappingEntry) -> str | None:
         """Return a key that is the name of a variable: a parameter stands for the name that is its argument.
 
         An argument that is no name is noted; the key is `None` then.
         """
+        key = entry.key
         argument = self.arguments.get(key)
         if argument is None:
-            return self._indexed_key(key)
+            return self._indexed_key(entry)
         message = _misfit(argument, "", "")
         if message is None and argument.text is not None and _VARIABLE.fullmatch(argument.text):
             return argument.text
         message = message or "stands for the name of a variable here, and this is no name"
         if not argument.condemned:
-            self.report.add(Slug.WRONG_SHAPE, f"`{key}` {message}", argument.place, "give the name of a variable")
+            place = argument.place.used_at(entry.place)
+            self.report.add(Slug.WRONG_SHAPE, f"`{key}` {message}", place, "give the name of a variable")
         return None
 
-    def _indexed_key(self, key: str) -> str | None:
+    def _indexed_key(self, entry: MappingEntry) -> str | None:
         """Return a key that is the name of a variable, perhaps with an index; `None` if an argument is no name."""
+        key = entry.key
         parts: list[str] = []
         end = 0
         for token in _TOKEN.finditer(key):
@@ -312,7 +324,8 @@ class PartCopy:
             if argument is not None and (text is None or not _VARIABLE.fullmatch(text)):
                 if not argument.condemned:
                     message = f"`{token[0]}` stands for a name here, and this is none"
-                    self.report.add(Slug.WRONG_SHAPE, message, argument.place, "give one name")
+                    place = argument.place.used_at(entry.place)
+                    self.report.add(Slug.WRONG_SHAPE, message, place, "give one name")
                 return None
             parts += (key[end : token.start()], text or token[0])
             end = token.end()
@@ -350,36 +363,40 @@ class PartCopy:
     def _copied_scalar(self, node: YamlNode, scalar: Scalar, *, has_names: bool) -> YamlNode:
         if not scalar.style and scalar.text in self.arguments:
             argument = self.arguments[scalar.text]
-            is_captured = has_names and self._is_captured(argument, self.bound)
-            return YamlNode(None, node.place, condemned=True, end=node.end) if is_captured else argument
+            is_captured = has_names and self._is_captured(argument, self.bound, node.place)
+            condemned = YamlNode(None, node.place, condemned=True, end=node.end)
+            return condemned if is_captured else argument.used_at(node.place)
         if not has_names:
             return node
-        if not self._fits(scalar.text):
+        if not self._fits(scalar):
             return YamlNode(None, node.place, condemned=True, end=node.end)
         pieces = list(self._pieces(scalar))
         if len(pieces) == 1 and pieces[0].is_copy:
             return node
         return scalar_node(RewrittenScalar(pieces), node.place, node.end)
 
-    def _fits(self, text: str) -> bool:
+    def _fits(self, scalar: Scalar) -> bool:
         """Return whether the arguments for the parameters in a text fit there; note those that do not."""
         wrong = 0
+        text = scalar.text
         bound = {**self.bound, **dict.fromkeys(parameters_in_text(text), "a quantifier")}
         for token in _TOKEN.finditer(text):
             argument = self.arguments.get(token[0])
-            if argument is None:
-                wrong += not self._fits_in_name(token[0])
+            if argument is None or argument.condemned:
+                wrong += argument is not None or not self._fits_in_name(token[0], scalar, token.start())
                 continue
             message = _misfit(argument, text[: token.start()], text[token.end() :])
+            at = scalar.stretch(token.start(), token.end())
             if message is not None:
                 wrong += 1
                 remedy = "give the name of a type" if message == _NO_TYPE else "give one name, or one value"
-                self.report.add(Slug.WRONG_SHAPE, f"`{token[0]}` {message}", argument.place, remedy)
+                place = argument.place.used_at(at)
+                self.report.add(Slug.WRONG_SHAPE, f"`{token[0]}` {message}", place, remedy)
             else:
-                wrong += self._is_captured(argument, bound)
+                wrong += self._is_captured(argument, bound, at)
         return not wrong
 
-    def _fits_in_name(self, name: str) -> bool:
+    def _fits_in_name(self, name: str, scalar: Scalar, begin: int) -> bool:
         """Return whether the arguments for the parameters in a dotted name are names; note those that are not."""
         if self._name(name) is None:
             return True
@@ -387,17 +404,18 @@ class PartCopy:
         for word in words:
             if not self.arguments[word].condemned:
                 message = f"`{word}` stands for an object here, and this is no name"
-                self.report.add(Slug.WRONG_SHAPE, message, self.arguments[word].place, "give the name of an object")
+                place = self.arguments[word].place.used_at(scalar.stretch(begin, begin + len(name)))
+                self.report.add(Slug.WRONG_SHAPE, message, place, "give the name of an object")
         return not words
 
-    def _is_captured(self, argument: YamlNode, bound: Mapping[str, str]) -> bool:
-        """Return whether a name in an argument would be a parameter where the argument stands, which is noted."""
+    def _is_captured(self, argument: YamlNode, bound: Mapping[str, str], at: Place) -> bool:
+        """Return whether a name in an argument would be a parameter at the place `at` of the part, which is noted."""
         words = _WORD.findall(argument.text) if argument.text is not None else ()
         word = next((word for word in words if word in bound), None)
         if word is not None:
             message = f"`{word}` in this argument is also a parameter of {bound[word]} in the part"
             remedy = "choose another name for the parameter in the file of the part"
-            self.report.add(Slug.AMBIGUOUS_SYMBOL, message, argument.place, remedy)
+            self.report.add(Slug.AMBIGUOUS_SYMBOL, message, argument.place.used_at(at), remedy)
         return word is not None
 
     def _pieces(self, scalar: Scalar) -> Iterator[Piece]:
@@ -407,7 +425,8 @@ class PartCopy:
             argument = self.arguments.get(token[0])
             if argument is not None and argument.scalar is not None:
                 yield Piece.copy(scalar, end, token.start())
-                yield from _argument(argument.scalar, is_whole=scalar.text.strip() == token[0])
+                used = argument.scalar.used_at(partial(scalar.stretch, token.start(), token.end()))
+                yield from _argument(used, is_whole=scalar.text.strip() == token[0])
                 end = token.end()
             elif self.declared.is_value(token[0], scalar.text[token.end() :]):
                 continue

@@ -213,7 +213,7 @@ class _Expansion:
         """Return a part with its own parts, its prefix and its arguments."""
         shown = Path(part.document.place.file)
         first = len(self.copies)
-        whole = self.whole(part.document, (*users, part.path), shown)
+        whole = self.whole(part.document, (*users, part.path), shown).used_at(place)
         inner = [(file, f"{prefix}{other}") for file, other in self.copies[first:]]
         self.copies[first:] = [*inner, (part.document.place.file, prefix)]
         self._add_to_count(whole.size, place)
@@ -419,19 +419,17 @@ class PartFiles:
         except InputError as error:
             (found,) = error.diagnostics
             if found.slug is Slug.NOT_UTF8:  # its place is in the part
-                used = f" (used in {named.place.file}:{named.place.line})"
-                self.report.add_found([replace(found, message=f"{found.message}{used}")])
+                self.report.add_found([found], named.place)
                 return None
             self.report.add(found.slug, f"cannot use `{named.text}`: {found.message}", named.place, found.remedy)
             return None
         try:
             document, source, report = read_tree(text, str(shown), "part", "a part begins with `part: <name>`")
         except InputError as error:
-            used = f" (used in {named.place.file}:{named.place.line})"
-            self.report.add_found(replace(each, message=f"{each.message}{used}") for each in error.diagnostics)
+            self.report.add_found(error.diagnostics, named.place)
             return None
         self.report.add_source(source, named.place)
-        self.report.add_found(report.diagnostics)
+        self.report.add_found(report.diagnostics, named.place)
         part = PartFile(path, document, self._parameters(document))
         self._check_keys(document)
         return part

@@ -106,6 +106,32 @@ class YamlNode:
                 self.value_ends[key] = other.value_ends[key]
                 self.plain[key] = child.plain
 
+    def used_at(self, user: Place, levels: int = MAX_DEPTH) -> YamlNode:
+        """Return the same tree, whose places name where it is used.
+
+        Args:
+            user: the alias, the use of a part, or the word that an argument stands for.
+            levels: the levels of the tree that change; what is deeper has no meaning in any file.
+        """
+        if not levels:
+            return self
+        return YamlNode(
+            self.plain,
+            self.place.used_at(user),
+            None if self.scalar is None else self.scalar.used_at(lambda: user),
+            {key: child.used_at(user, levels - 1) for key, child in self.items.items()},
+            {key: place.used_at(user) for key, place in self.key_places.items()},
+            self.value_ends.copy(),
+            [element.used_at(user, levels - 1) for element in self.elements],
+            self.size,
+            self.condemned,
+            self.incomplete,
+            self.end,
+            self.origin,
+            self.user,
+            self.flattens,
+        )
+
     def at(self, path: tuple[int | str, ...]) -> YamlNode:
         """Return the node at the end of a path, or the last existing one on the way."""
         node = self
@@ -248,10 +274,10 @@ class _Reader:
         begin = event.start_mark.index
         self._note_end(event)
         node = self._anchors.get(event.anchor)
+        place = self._source.stretch(begin, event.end_mark.index)
         if node is not None:
             self._add_to_count(node.size, begin)
-            return node
-        place = self._source.stretch(begin, event.end_mark.index)
+            return node.used_at(place)
         if event.anchor in self._anchors:
             self._report.add(Slug.YAML_SYNTAX, f"`*{event.anchor}` is inside its own anchor", place)
         else:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from scbm.model import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 """The line ends that editors know; `str.splitlines` knows seven more."""
@@ -74,6 +74,10 @@ class Scalar:
         last_index = self._offsets[min(max(end - 1, begin), last)]
         return self._source.stretch(first_index, last_index + (self._escape(last_index) or 1))
 
+    def used_at(self, user: Callable[[], Place]) -> Scalar:
+        """Return the same scalar, whose places have a user; `user` is called for the first place."""
+        return UsedScalar(self, user)
+
     def _align(self) -> list[int]:
         """Return the source index of each character of the scalar, then the index of its last one.
 
@@ -116,3 +120,22 @@ class Scalar:
         if self.style != '"' or index >= self.end or text[index] != "\\":
             return 0
         return _ESCAPE_LENGTHS.get(text[index + 1], 2)
+
+
+class UsedScalar(Scalar):
+    """A scalar that is used elsewhere than where it is written; its places name that use."""
+
+    __slots__ = ("_scalar", "_user")
+
+    def __init__(self, scalar: Scalar, user: Callable[[], Place]) -> None:
+        """Take the scalar as it is written, and a function that returns where it is used."""
+        self._scalar = scalar
+        self._user = user
+        self.text = scalar.text
+        self.begin = scalar.begin
+        self.end = scalar.end
+        self.style = scalar.style
+
+    def stretch(self, begin: int, end: int) -> Place:
+        """Return the place of the characters `begin..end` where they are written, with its user."""
+        return self._scalar.stretch(begin, end).used_at(self._user())

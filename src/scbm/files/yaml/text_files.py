@@ -125,6 +125,8 @@ class ErrorCollector:
     def add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
         """Note one error. The same error at the same place is noted once: an alias is read as often as it is used.
 
+        Of several uses, the error names the first; none if the text is wrong where it stands.
+
         Raises:
             InputError: the maximum number of errors is reached.
         """
@@ -132,14 +134,16 @@ class ErrorCollector:
         instances = self._folded.get((place.file, place.line))
         lifted = self._as_written(message, place, is_lifted=True)
         key = (place, slug, lifted if instances is None else names.without_objects(lifted))
-        if key in self._found:
-            self._found[key].count += 1
+        noted = self._found.get(key)
+        if noted is not None and _number_of_users(noted.first.place) <= _number_of_users(place):
+            noted.count += 1
             return
         shown = None if remedy is None else self._remedy_as_written(remedy, place, is_lifted=instances is not None)
         copies = self._copies.get(place.file)
         number = (1 if instances is None else instances) * (len(copies.prefixes) if copies is not None else 1)
         first = self._diagnostic(slug, message, place, remedy)
-        self._found[key] = _NotedError(first, self._diagnostic(slug, lifted, place, shown), number)
+        count = 1 if noted is None else noted.count + 1
+        self._found[key] = _NotedError(first, self._diagnostic(slug, lifted, place, shown), number, count)
         if len(self._found) >= MAX_ERRORS:
             raise self.error()
 
@@ -169,14 +173,32 @@ class ErrorCollector:
         return lines[place.line - 1] if 0 < place.line <= len(lines) else None
 
     def _diagnostic(self, slug: Slug, message: str, place: Place, remedy: str | None) -> Diagnostic:
-        user = self._users.get(place.file)
-        shown = _shown(message if user is None else f"{message} (used in {user.file}:{user.line})")
+        shown = _shown(f"{message}{self._uses(place)}")
         return Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, self._source_line(place))
 
-    def add_found(self, diagnostics: Iterable[Diagnostic]) -> None:
-        """Take errors that were found in another file before it was known here."""
+    def _uses(self, place: Place) -> str:
+        """Return where a text is used, for the end of a message; each file once, in brackets."""
+        shown: list[str] = []
+        files = [place.file]
+        user = place.user or self._users.get(place.file)
+        while user is not None:
+            if user.file == files[-1] or user.file not in files:
+                shown.append(f"used in {user.file}:{user.line}")
+                files.append(user.file)
+            user = user.user or self._users.get(user.file)
+        return f" ({', which is '.join(shown)})" if shown else ""
+
+    def add_found(self, diagnostics: Iterable[Diagnostic], user: Place) -> None:
+        """Take errors that were found in another file before it was known here.
+
+        Args:
+            diagnostics: the errors.
+            user: where the file is used.
+        """
         for found in diagnostics:
-            self._found.setdefault((found.place, found.slug, found.message), _NotedError(found, found, 0))
+            used = f"{found.message}{self._uses(found.place.used_at(user))}"
+            shown = replace(found, message=used)
+            self._found.setdefault((found.place, found.slug, found.message), _NotedError(shown, shown, 0))
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -215,6 +237,14 @@ class ErrorCollector:
         ranks = {file: rank for rank, file in enumerate(self._others, start=1)}
         ordered = sorted(self.diagnostics, key=lambda found: (ranks.get(found.place.file, 0), found.order))
         return InputError(ordered)
+
+
+def _number_of_users(place: Place) -> int:
+    number = 0
+    while place.user is not None:
+        place = place.user
+        number += 1
+    return number
 
 
 def _shown(words: str) -> str:
