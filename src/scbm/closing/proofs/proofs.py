@@ -183,8 +183,8 @@ def _reason(obligation: Obligation, runs: AllRuns) -> str:
     if not visited & visits.current(name):
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:
-        which = ", whichever plan it is in" if runs.plans is PlanSet.ANY else ""
-        return f"{name} is never disabled, unless by force{which}: its precondition holds whenever it is checked"
+        which = " in any plan" if runs.plans is PlanSet.ANY else ""
+        return f"{name} is never disabled{which}, unless a case forces it: its precondition holds whenever it is checked"
     return _reason_of_current(obligation, runs)
 
 
