@@ -184,7 +184,8 @@ def _reason(obligation: Obligation, runs: AllRuns) -> str:
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:
         which = " in any plan" if runs.plans is PlanSet.ANY else ""
-        return f"{name} is never disabled{which}, unless a case forces it: its precondition holds whenever it is checked"
+        sentence = f"{name} is never disabled{which}, unless a case forces it"
+        return f"{sentence}: its precondition holds whenever it is checked"
     return _reason_of_current(obligation, runs)
 
 
