@@ -16,7 +16,7 @@ from support.strategies import open_models, running_models
 
 
 @given(st.data())
-@examples(150, usual=5)
+@examples(150, usual=3)
 def test_cases(data: st.DataObject) -> None:
     model = data.draw(st.one_of(running_models(), open_models()))
     case = data.draw(cases(model))

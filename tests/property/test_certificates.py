@@ -331,7 +331,7 @@ def test_the_interpreter_does_what_the_runner_does(
 
 
 @given(running_models(), st.data(), st.booleans())
-@examples(150)
+@examples(150, usual=8)
 def test_the_interpreter_does_what_the_runner_does_whatever_the_model_is(
     model: BehaviorModel,
     data: st.DataObject,
@@ -436,7 +436,7 @@ def test_all_situations_prove_what_they_do_not_visit_and_nothing_else(
 
 
 @given(cells(), st.data())
-@examples(60)
+@examples(60, usual=4)
 def test_without_one_of_its_situations_an_argument_is_refused(model: BehaviorModel, data: st.DataObject) -> None:
     model = replace(model, runs=RunsDeclaration(GoalOrder.SINGLE))
     explored = explore(model, variables_that_matter(model))
@@ -470,7 +470,7 @@ def changed(draw: st.DrawFn, model: BehaviorModel, situation: Situation) -> tupl
 
 
 @given(cells(), st.data())
-@examples(60)
+@examples(60, usual=4)
 def test_no_run_visits_what_is_proved_never_to_be_visited(model: BehaviorModel, data: st.DataObject) -> None:
     explored = explore(model, variables_that_matter(model))
     state = {v.name: data.draw(st.sampled_from(v.random)) for v in model.space}
@@ -514,7 +514,7 @@ def test_values_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:
 
 
 @given(cells(), st.data())
-@examples(60)
+@examples(60, usual=4)
 def test_sets_of_values_without_one_of_them_are_refused(model: BehaviorModel, data: st.DataObject) -> None:
     values = list(least_values(model).values)
     index = data.draw(st.integers(0, len(values) - 1))
@@ -600,7 +600,7 @@ JSON = st.recursive(
 
 
 @given(st.data(), st.sampled_from(TEXTS))
-@examples(300)
+@examples(300, usual=12)
 def test_a_certificate_with_other_values_is_read_or_its_flaws_are_reported(data: st.DataObject, text: str) -> None:
     document = json.loads(text)
     for _ in range(data.draw(st.integers(1, 3))):

@@ -50,7 +50,7 @@ def _drawn(model: BehaviorModel, plans: PlanCache, seed: int) -> DrawnPlans:
 
 
 @given(planning_models())
-@examples(100)
+@examples(100, usual=6)
 def test_drawn_plans_are_shortest_ones_and_each_first_operation_occurs(model: BehaviorModel) -> None:
     planner = Planner(model)
     shortest = ShortestPlans(planner, PlanCache(planner))

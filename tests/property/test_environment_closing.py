@@ -59,7 +59,7 @@ def test_no_proof_is_wrong(number: int) -> None:
         assert [str(d.obligation) for d in proved if runs.visits(str(d.obligation))] == []
 
 
-@pytest.mark.parametrize("number", slow_beyond(2, SMALL[: share(len(SMALL), least=3)]))
+@pytest.mark.parametrize("number", slow_beyond(1, SMALL[: share(len(SMALL), least=3)]))
 def test_cases_without_forced_states_are_runs(number: int) -> None:
     for each in closing_of(number).cases:
         runs = sequences_of(number) if each.case.later else runs_of(number)
@@ -68,7 +68,7 @@ def test_cases_without_forced_states_are_runs(number: int) -> None:
             assert runs.obligations.names(never) == (), each.case
 
 
-@pytest.mark.parametrize("number", slow_beyond(2, SMALL[: share(len(SMALL), least=3)]))
+@pytest.mark.parametrize("number", slow_beyond(1, SMALL[: share(len(SMALL), least=3)]))
 def test_certificates_hold_and_replays_visit_what_they_promise(number: int) -> None:
     model, closing = model_of(number), closing_of(number)
     for kind, certificate in closing.certificates:
@@ -81,7 +81,7 @@ def test_certificates_hold_and_replays_visit_what_they_promise(number: int) -> N
         assert all(failure.kind is FailureKind.BUILT_IN for failure in again.verdict.failures)
 
 
-@pytest.mark.parametrize("number", slow_beyond(2, SMALL[: share(len(SMALL), least=3)]))
+@pytest.mark.parametrize("number", slow_beyond(1, SMALL[: share(len(SMALL), least=3)]))
 def test_random_cases_visit_nothing_that_no_run_visits_and_replay_alike(number: int) -> None:
     model, tester = model_of(number), Tester(model_of(number))
     runs = runs_of(number)

@@ -101,7 +101,7 @@ def _explored(system: TransitionSystem, starts: list[Region], engine: str) -> Ex
 
 @EACH_ENGINE
 @given(problem=problems())
-@examples(80)
+@examples(80, usual=4)
 def test_what_is_reached_is_what_the_reference_reaches(
     problem: tuple[TransitionSystem, list[Region], Predicate], engine: str
 ) -> None:
@@ -121,7 +121,7 @@ def test_what_is_reached_is_what_the_reference_reaches(
 
 @EACH_ENGINE
 @given(problem=problems())
-@examples(80)
+@examples(80, usual=4)
 def test_distances_and_first_moves_are_those_of_the_reference(
     problem: tuple[TransitionSystem, list[Region], Predicate], engine: str
 ) -> None:
@@ -178,7 +178,7 @@ def test_the_values_ever_are_a_superset_of_those_reached(
 
 
 @given(problems(), st.integers(0, 12))
-@examples(80)
+@examples(80, usual=4)
 def test_a_limit_of_states_is_the_same_in_every_engine_and_never_a_guess(
     problem: tuple[TransitionSystem, list[Region], Predicate], most: int
 ) -> None:

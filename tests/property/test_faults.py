@@ -106,7 +106,7 @@ def test_seven_thousand_cases_of_the_example() -> None:
 
 
 @given(running_models())
-@examples(MODELS)
+@examples(MODELS, usual=4)
 def test_fifty_cases_of_each_of_eighty_models(model: BehaviorModel) -> None:
     _run_all(model, OF_EACH_MODEL, seed=12)
 

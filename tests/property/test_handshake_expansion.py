@@ -119,7 +119,7 @@ RULE = "automatic_transitions:\n  rule: {g: n == 3, a: [n <- 0]}\n"
 
 
 @given(MODELS)
-@examples(300)
+@examples(300, usual=10)
 def test_the_expansion_equals_a_naive_one(written: tuple[Written, ...]) -> None:
     short = read_model(f"{HEAD}{''.join(each.short() for each in written)}{RULE}")
     long = read_model(f"{HEAD}{''.join(each.long() for each in written)}{RULE}{failures(list(written))}")

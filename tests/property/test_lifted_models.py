@@ -43,7 +43,7 @@ def actions(model: BehaviorModel) -> list[str]:
 
 
 @given(lifted_models())
-@examples(300, usual=12)
+@examples(300, usual=5)
 def test_our_expansion_is_the_naive_one(texts: tuple[str, str]) -> None:
     ours, naive = (read_model(text) for text in texts)
     assert ours.variables == naive.variables

@@ -17,11 +17,11 @@ from support.step_limits import step_limit
 MAX_CALLS = 20_000_000
 """Maximum number of calls for one model: those of the largest one that the limits of the language allow."""
 
-BATCH = 100
+BATCH = 20
 """The number of mutants of one test."""
 
 BATCHES = slow_beyond(1, range(share(10_000) // BATCH))
-"""100 mutants in the usual run, where calls are not counted; 1,000 with the slow tests, 10,000 with all examples."""
+"""20 mutants in the usual run, where calls are not counted; 1,000 with the slow tests, 10,000 with all examples."""
 
 USER = """\
 behavior_model: cell

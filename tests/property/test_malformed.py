@@ -35,7 +35,7 @@ def check_answer(text: str) -> tuple[Diagnostic, ...]:
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.__name__)
 def test_one_mutation_ends_in_a_model_or_in_located_errors(mutation: Mutation) -> None:
     @given(malformed(TEXTS, [mutation], 1))
-    @examples(25)
+    @examples(25, usual=2)
     def check(text: str) -> None:
         check_answer(text)
 
@@ -43,7 +43,7 @@ def test_one_mutation_ends_in_a_model_or_in_located_errors(mutation: Mutation) -
 
 
 @given(malformed(TEXTS, MUTATIONS, 6))
-@examples(150)
+@examples(150, usual=8)
 def test_many_mutations_end_in_a_model_or_in_located_errors(text: str) -> None:
     check_answer(text)
 
@@ -87,7 +87,7 @@ OTHER_WORDS = ["true", "2", "-9", "home", "scan", "failed", "none", "always", "l
 @pytest.mark.parametrize("place", PLACES)
 def test_any_words_where_an_expression_belongs_are_resolved_or_complained_of(place: str) -> None:
     @given(st.lists(st.sampled_from([*OPERATORS, *NAMES_OF_THE_CELL, *OTHER_WORDS]), min_size=1, max_size=7))
-    @examples(60)
+    @examples(60, usual=4)
     @example(["n", "in", "{", "n", "}"])
     @example(["current.name", "==", "arm_req_state"])
     @example(["arm_req_state", "<-", "at"])

@@ -36,14 +36,14 @@ def check_answer(text: str) -> None:
 
 def test_a_character_that_is_missing_ends_in_a_case_or_in_located_errors() -> None:
     third = range(0, len(TEXT), 3)  # is enough, and quick
-    for at in third[:: len(third) // share(len(third))]:
+    for at in third[:: len(third) // share(len(third), usual=20)]:
         check_answer(TEXT[:at] + TEXT[at + 1 :])
 
 
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.__name__)
 def test_one_mutation_ends_in_a_case_or_in_located_errors(mutation: Mutation) -> None:
     @given(malformed([TEXT], [mutation], 1))
-    @examples(20)
+    @examples(20, usual=2)
     def check(text: str) -> None:
         check_answer(text)
 

@@ -14,7 +14,7 @@ from scbm.model import BehaviorModel, GoalOrder, RunsDeclaration
 from scbm.testing.mutants.mutations import mutants_of
 from support.lockstep import compare_runs
 from support.opened_models import opened
-from support.profiles import slow_beyond
+from support.profiles import share, slow_beyond
 from support.random_models import small_random_model
 
 CLOSED = (2, 4, 24, 21, 22, 23, 27, 29, 26, 15, 12, 3, 25)
@@ -22,7 +22,7 @@ OPENED = (2, 14, 31, 18, 21, 25, 29, 36, 38, 22, 3, 28)
 """Models whose runs are few enough to be compared in a second or two; the environment of the others acts."""
 
 MUTANTS = 8
-"""So many mutants of each model: 200 together."""
+"""So many mutants of each model: 200 together with all examples."""
 
 USUAL = 1
 
@@ -43,7 +43,7 @@ def test_no_mutant_is_wrongly_called_equivalent(index: int) -> None:
     known = list(mutants_of(original))
     equivalences = Equivalences(original)
     assert compare_runs(original, original).complete
-    for mutant in Random(f"mutants {index}").sample(known, min(MUTANTS, len(known))):
+    for mutant in Random(f"mutants {index}").sample(known, min(share(MUTANTS, usual=3), len(known))):
         decision = equivalences.decide(mutant.model)
         comparison = compare_runs(original, mutant.model)
         if isinstance(decision, EquivalentMutant):

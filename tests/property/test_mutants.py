@@ -34,15 +34,15 @@ def _assert_loadable(model: BehaviorModel, most: int) -> None:
 
 @pytest.mark.parametrize("file", slow_where(lambda file: file.stem in LARGE, WRITTEN), ids=lambda file: file.stem)
 def test_mutants_of_written_models_can_be_loaded(file: Path) -> None:
-    _assert_loadable(load_model(file), share(400, 4))
+    _assert_loadable(load_model(file), share(400, usual=8))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["robot_in_the_air/after.yaml", "dual_cnc/cell.yaml"])
 def test_mutants_of_examples_can_be_loaded(name: str) -> None:
-    _assert_loadable(load_model(ROOT / "examples" / name), share(200, 8))
+    _assert_loadable(load_model(ROOT / "examples" / name), share(200))
 
 
 @pytest.mark.parametrize("number", slow_beyond(1, range(100)))
 def test_mutants_of_random_models_can_be_loaded(number: int) -> None:
-    _assert_loadable(random_model(number), share(200, 8))
+    _assert_loadable(random_model(number), share(200, usual=6))

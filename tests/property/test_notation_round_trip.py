@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 @given(st.data())
-@examples(300)
+@examples(300, usual=15)
 def test_predicates(data: st.DataObject) -> None:
     space = data.draw(variables())
     predicate = data.draw(predicates(space, 4))
@@ -50,7 +50,7 @@ def test_predicates(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@examples(200)
+@examples(200, usual=10)
 def test_predicates_with_brackets_around_terms(data: st.DataObject) -> None:
     space = data.draw(variables())
     predicate = data.draw(predicates(space, 3))
@@ -109,7 +109,7 @@ def test_states(data: st.DataObject) -> None:
 
 
 @given(st.one_of(planning_models(), running_models(), open_models()))
-@examples(150)
+@examples(150, usual=6)
 def test_models(model: BehaviorModel) -> None:
     again = read_model(write_model(model))
     assert again == model

@@ -34,7 +34,7 @@ def test_packing_and_unpacking_are_inverse(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@examples(300)
+@examples(300, usual=12)
 def test_a_packed_test_is_the_predicate(data: st.DataObject) -> None:
     space = StateSpace(data.draw(variables()))
     predicate = data.draw(predicates(space.variables, 4))
@@ -64,7 +64,7 @@ def test_a_packed_update_takes_all_actions_at_once(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@examples(300)
+@examples(300, usual=20)
 def test_a_predicate_is_satisfiable_if_some_state_satisfies_it(data: st.DataObject) -> None:
     space = StateSpace(data.draw(variables()))
     predicate = data.draw(predicates(space.variables, 4))
@@ -72,7 +72,7 @@ def test_a_predicate_is_satisfiable_if_some_state_satisfies_it(data: st.DataObje
 
 
 @given(st.data())
-@examples(300)
+@examples(300, usual=20)
 def test_satisfiability_within_sets_of_values_is_that_of_the_states_made_of_them(data: st.DataObject) -> None:
     space = StateSpace(data.draw(variables()))
     predicate = data.draw(predicates(space.variables, 4))

@@ -33,7 +33,7 @@ from support.strategies import planning_models
 
 
 @given(planning_models())
-@examples(300)
+@examples(300, usual=12)
 def test_the_plan_is_the_canonical_one_of_the_reference(model: BehaviorModel) -> None:
     planner = Planner(model)
     for _, goal in model.goals:
@@ -48,7 +48,7 @@ def test_the_plan_is_the_canonical_one_of_the_reference(model: BehaviorModel) ->
 
 
 @given(planning_models(), st.integers(0, 4))
-@examples(200)
+@examples(200, usual=8)
 def test_a_limit_on_the_length_is_exact(model: BehaviorModel, most: int) -> None:
     _, goal = model.goals[0]
     unlimited = Planner(model).plan(model.nominal_state, goal)
@@ -63,7 +63,7 @@ def test_a_limit_on_the_length_is_exact(model: BehaviorModel, most: int) -> None
 
 
 @given(planning_models(), st.integers(0, 6))
-@examples(200)
+@examples(200, usual=8)
 def test_a_limit_on_expansions_never_changes_an_answer_that_is_given(model: BehaviorModel, most: int) -> None:
     _, goal = model.goals[0]
     unlimited = Planner(model).plan(model.nominal_state, goal)
@@ -73,7 +73,7 @@ def test_a_limit_on_expansions_never_changes_an_answer_that_is_given(model: Beha
 
 
 @given(planning_models())
-@examples(100)
+@examples(100, usual=5)
 def test_answers_do_not_depend_on_what_was_asked_before(model: BehaviorModel) -> None:
     asked_often = Planner(model)
     for _, goal in [*model.goals, *reversed(model.goals)]:
@@ -104,7 +104,7 @@ def _any_states(model: BehaviorModel) -> st.SearchStrategy[list[State]]:
 
 
 @given(planning_models())
-@examples(150)
+@examples(150, usual=8)
 def test_an_exploration_of_all_states_plans_as_the_search_does(model: BehaviorModel) -> None:
     everywhere = Region({v.name: (v.initial,) if v.role.is_runner else v.domain.values for v in model.running_space})
     planner = Planner(model)
@@ -150,7 +150,7 @@ def test_a_policy_answers_as_the_search_does_from_any_state(
 
 
 @given(planning_models(), st.data())
-@examples(200)
+@examples(200, usual=8)
 def test_plans_from_everywhere_are_those_of_the_search(model: BehaviorModel, data: st.DataObject) -> None:
     planner = Planner(model)
     for _, goal in model.goals:

@@ -19,7 +19,7 @@ from scbm.planning import (
     find_flaw,
 )
 from scbm.planning.plan_search import breadth_first
-from support.profiles import examples, share
+from support.profiles import examples, share, slow_beyond
 from support.random_models import random_model
 from support.strategies import planning_models
 
@@ -39,7 +39,7 @@ def _breadth_first(planner: Planner, state: State, goal: Predicate, limits: Plan
 
 @pytest.mark.parametrize("name", BUILT_IN)
 @given(planning_models(), st.data())
-@examples(1_000, usual=40)
+@examples(1_000, usual=12)
 def test_plans_are_valid_and_a_problem_is_unsolvable_where_the_breadth_first_search_says_so(
     name: str, model: BehaviorModel, data: st.DataObject
 ) -> None:
@@ -54,7 +54,7 @@ def test_plans_are_valid_and_a_problem_is_unsolvable_where_the_breadth_first_sea
 
 @pytest.mark.parametrize("name", BUILT_IN)
 @given(planning_models(), st.integers(0, 4), st.integers(0, 12))
-@examples(300, usual=15)
+@examples(300, usual=10)
 def test_an_answer_keeps_its_limits(name: str, model: BehaviorModel, length: int, expansions: int) -> None:
     limits = PlanLimits(length, expansions)
     for _, goal in model.goals:
@@ -72,7 +72,7 @@ def test_an_answer_keeps_its_limits(name: str, model: BehaviorModel, length: int
 
 @pytest.mark.parametrize("name", BUILT_IN)
 @given(planning_models())
-@examples(100)
+@examples(100, usual=6)
 def test_an_answer_does_not_depend_on_earlier_ones(name: str, model: BehaviorModel) -> None:
     asked_often = Planner(model, name)
     for _, goal in [*model.goals, *reversed(model.goals)]:
@@ -80,7 +80,7 @@ def test_an_answer_does_not_depend_on_earlier_ones(name: str, model: BehaviorMod
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
-@pytest.mark.parametrize("number", range(share(200, least=20)))
+@pytest.mark.parametrize("number", slow_beyond(4, range(share(200))))
 def test_plans_for_random_cells_are_valid(name: str, number: int) -> None:
     model = random_model(number)
     planner = Planner(model, name)

@@ -15,7 +15,7 @@ from scbm.model import BehaviorModel, PlanSet
 from scbm.planning import model_with_plans
 from scbm.testing import RandomCases, Tester, draw_network, load_suite
 from support.opened_models import opened
-from support.profiles import share
+from support.profiles import share, slow_beyond
 from support.random_models import random_model, small_random_model
 
 NUMBERS = (*range(10), *range(11, 120), 10)[: share(120, least=8)]
@@ -59,7 +59,7 @@ def changed_goals(goal: RecordedGoal) -> dict[str, RecordedGoal]:
     return changes
 
 
-@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("number", slow_beyond(4, NUMBERS))
 def test_a_saved_case_passes_and_a_changed_part_of_its_record_is_noticed(number: int) -> None:
     model = model_of(number)
     tester = Tester(model)

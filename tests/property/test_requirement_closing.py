@@ -23,7 +23,7 @@ from support.random_models import small_random_model
 NUMBERS = [7, 2, *(number for number in range(30) if number not in (2, 4, 7, 10))]
 """Models 4 and 10 take seconds each."""
 
-USUAL = 2
+USUAL = 1
 MUTANTS = 2
 LIMITS = CloseLimits(situations=3_000, candidates=20)
 HOLDS, VIOLATED = RequirementStatus.HOLDS, RequirementStatus.VIOLATED
@@ -42,7 +42,7 @@ def runs_of(model: BehaviorModel) -> list[Execution]:
     tester, random = Tester(model), RandomCases(model)
     found: list[Execution] = []
     with suppress(InputError):  # no combination of random values is allowed
-        for number in range(1, share(100) + 1):
+        for number in range(1, share(100, usual=5) + 1):
             case = random.case(7, number)
             found.append(tester.execute(case))
             if model.runs.goals is GoalOrder.SEQUENCE:

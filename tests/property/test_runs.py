@@ -84,7 +84,7 @@ def _states(run: Simulated) -> list[tuple[int, dict[str, Value]]]:
 
 
 @given(running_models(), st.data())
-@examples(250)
+@examples(250, usual=10)
 def test_a_run_ends_and_its_trace_is_whole(model: BehaviorModel, data: st.DataObject) -> None:
     run = _run(data, model)
     ended = run.records[-1] if isinstance(run.records[-1], RunEnded) else None
@@ -104,7 +104,7 @@ def test_a_run_ends_and_its_trace_is_whole(model: BehaviorModel, data: st.DataOb
 
 
 @given(running_models(), st.data())
-@examples(150)
+@examples(150, usual=6)
 def test_no_request_is_answered_twice_and_no_reply_goes_to_another_request(
     model: BehaviorModel, data: st.DataObject
 ) -> None:
@@ -123,7 +123,7 @@ class _MicroStepRunner(Runner):
 
 
 @given(running_models(), st.lists(st.integers(0, 2**32), min_size=2, max_size=6), st.data())
-@examples(100)
+@examples(100, usual=5)
 def test_memoized_macro_steps_do_what_their_micro_steps_do(
     model: BehaviorModel, seeds: list[int], data: st.DataObject
 ) -> None:
@@ -154,7 +154,7 @@ def test_a_replay_of_the_recorded_choices_gives_the_same_bytes(model: BehaviorMo
 
 
 @given(running_models(), st.data())
-@examples(100)
+@examples(100, usual=6)
 def test_what_a_run_visits_is_what_its_states_show(model: BehaviorModel, data: st.DataObject) -> None:
     run = _run(data, model)
     obligations = Obligations.of(model)

@@ -13,7 +13,7 @@ from scbm.planning import Answer, LimitReached, PlanLimits, Planner, Solved, Uns
 from scbm.planning.plan_search import SEARCHES, breadth_first, search_plan
 from scbm.planning.planning_task import Problem
 from scbm.planning.searches import array_search
-from support.profiles import examples, share
+from support.profiles import examples, share, slow_beyond
 from support.random_models import random_model
 from support.reference import canonical_plan
 from support.strategies import planning_models
@@ -50,7 +50,7 @@ def _without_effort(answer: Answer) -> Answer:
 
 @EACH_ENGINE
 @given(planning_models(8))
-@examples(300, usual=15)
+@examples(300, usual=6)
 def test_the_plan_of_each_engine_is_the_canonical_one_of_the_reference(engine: str, model: BehaviorModel) -> None:
     planner = Planner(model)
     for _, goal in model.goals:
@@ -65,7 +65,7 @@ def test_the_plan_of_each_engine_is_the_canonical_one_of_the_reference(engine: s
 
 
 @EACH_ENGINE
-@pytest.mark.parametrize("number", range(share(60)))
+@pytest.mark.parametrize("number", slow_beyond(2, range(share(60))))
 def test_each_engine_answers_as_the_breadth_first_search_on_realistic_cells(engine: str, number: int) -> None:
     for expected, answer in _answers(random_model(number), engine, PlanLimits()):
         assert _without_effort(answer) == _without_effort(expected)
@@ -73,7 +73,7 @@ def test_each_engine_answers_as_the_breadth_first_search_on_realistic_cells(engi
 
 @pytest.mark.parametrize("engine", ["dense", "arrays", FROM_BOTH_ENDS])
 @given(planning_models(8), st.integers(0, 6), st.sampled_from([0, 1, 2, 5, 20, 1_000]))
-@examples(300, usual=15)
+@examples(300, usual=6)
 def test_where_the_breadth_first_search_decides_within_limits_so_does_each_engine(
     engine: str, model: BehaviorModel, length: int, expansions: int
 ) -> None:
@@ -86,7 +86,7 @@ def test_where_the_breadth_first_search_decides_within_limits_so_does_each_engin
 
 
 @given(planning_models(8), st.integers(0, 6), st.sampled_from([0, 1, 2, 3, 5, 8, 20, 1_000]))
-@examples(300, usual=15)
+@examples(300, usual=8)
 def test_the_search_on_arrays_expands_the_same_states_as_the_breadth_first_search(
     model: BehaviorModel, length: int, expansions: int
 ) -> None:

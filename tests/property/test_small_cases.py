@@ -17,7 +17,7 @@ LIMITS = PlanLimits(length=60, expansions=2_000)
 
 
 @given(running_models())
-@examples(80)
+@examples(80, usual=5)
 def test_failing_cases_of_any_model_become_small_cases_that_fail_again(model: BehaviorModel) -> None:
     tester = Tester(model, OPTIONS, LIMITS)
     shrinker = Shrinker(tester, most_runs=150)

@@ -59,7 +59,7 @@ def test_stores_are_united_in_any_order_and_any_groups(drawn: tuple[Pairs, Pairs
         assert _seen(_combined(directory, a, a)) == _seen(a)
 
 
-@examples(20)
+@examples(20, usual=3)
 @given(st.lists(pairs(), min_size=1, max_size=3))
 def test_the_union_visits_what_one_run_of_all_the_cases_visits(runs: list[Pairs]) -> None:
     with TemporaryDirectory() as name:

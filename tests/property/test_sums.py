@@ -146,7 +146,7 @@ def test_assignments_are_packed_as_written(drawn: tuple[StateSpace, tuple[Assign
 
 @pytest.mark.parametrize("engine", list(SEARCHES))
 @given(problems())
-@examples(300, usual=15)
+@examples(300, usual=8)
 def test_each_search_finds_the_canonical_plan_with_sums(engine: str, model: BehaviorModel) -> None:
     planner, start = Planner(model), model.nominal_state
     for _, goal in model.goals:
@@ -158,7 +158,7 @@ def test_each_search_finds_the_canonical_plan_with_sums(engine: str, model: Beha
 
 @pytest.mark.parametrize("name", [name for name, entry in PLANNERS.items() if not entry.is_external])
 @given(problems())
-@examples(300, usual=15)
+@examples(300, usual=8)
 def test_each_planner_plans_with_sums(name: str, model: BehaviorModel) -> None:
     for _, goal in model.goals:
         answer = Planner(model, name).plan(model.nominal_state, goal)
@@ -168,7 +168,7 @@ def test_each_planner_plans_with_sums(name: str, model: BehaviorModel) -> None:
 
 
 @given(problems())
-@examples(300, usual=15)
+@examples(300, usual=8)
 def test_exported_models_with_sums_have_plans_of_the_same_length(model: BehaviorModel) -> None:
     domain = PddlDomain(model, [goal for _, goal in model.goals])
     for name, goal in model.goals:
@@ -178,7 +178,7 @@ def test_exported_models_with_sums_have_plans_of_the_same_length(model: Behavior
 
 
 @given(running_models(integer_variables()))
-@examples(300, usual=20)
+@examples(300, usual=8)
 def test_the_checker_agrees_with_the_values_of_models_with_sums(model: BehaviorModel) -> None:
     values = possible_values(model)
     known = {str(obligation): obligation for obligation in claimable_obligations(model)}

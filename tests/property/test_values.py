@@ -62,7 +62,7 @@ def test_runs_stay_within_the_values_and_visit_nothing_that_is_ruled_out(model: 
 
 
 @given(running_models())
-@examples(60)
+@examples(60, usual=4)
 def test_the_values_do_not_depend_on_the_order_of_the_file(model: BehaviorModel) -> None:
     turned = replace(
         model,

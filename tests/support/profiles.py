@@ -29,11 +29,15 @@ def load_profile(*, is_full: bool) -> None:
     settings.load_profile(full if is_full or full == "explore" else "small")
 
 
-def share(count: int, least: int = 5) -> int:
-    """Return how many of `count` examples the profile draws: all, or a share of at least `least`."""
+def share(count: int, least: int = 5, usual: int | None = None) -> int:
+    """Return how many of `count` examples the profile draws: all, or a share of at least `least`.
+
+    `usual` is the number of the small profile where examples take long; by default a tenth.
+    """
     profile = settings.default
     assert profile is not None
-    return min(count, max(least, count * profile.max_examples // _ALL))
+    drawn = min(count, max(least, count * profile.max_examples // _ALL))
+    return drawn if usual is None or profile.max_examples == _ALL else min(drawn, usual)
 
 
 def examples(count: int, usual: int | None = None) -> settings:
@@ -41,8 +45,7 @@ def examples(count: int, usual: int | None = None) -> settings:
 
     `usual` is how many the small profile draws of a property whose examples take long; by default a tenth.
     """
-    drawn = share(count)
-    return settings(max_examples=drawn if usual is None or drawn == count else min(drawn, usual))
+    return settings(max_examples=share(count, usual=usual))
 
 
 def slow_where(is_slow: Callable[[Parameter], bool], parameters: Iterable[Parameter]) -> list[object]:
