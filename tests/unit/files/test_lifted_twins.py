@@ -58,6 +58,7 @@ OTHER_WITH_A_PREFIX = {
     "duplicate-name_of_the_runner": "`plan.state` with a prefix is not the variable of the runner",
     "runner-variable_world": "`initial_states` remains in the model, where operations have the prefix",
     "unknown-object_comparisons": "`att` is near to a variable only without the prefix, so it may be an object here",
+    "unknown-object_placeholders": "the waiver stands in the model, where `go` needs its prefix",
     "wrong-index_everywhere": "`open.r` begins with a name of the part, and is none itself",
 }
 """Models whose twins with a prefix have other errors, each with the reason."""
