@@ -334,14 +334,16 @@ class ModelKeys(Keys):
         self._refuse_false_sources(model)
         self._refuse_drawn_plans(model)
         if self.waivers:
-            model = replace(model, waivers=waivers_of(self.waivers, model))
+            is_whole = not self.reader.scope.incomplete
+            model = replace(model, waivers=waivers_of(self.waivers, model, is_whole=is_whole))
         return self._bound(model)
 
     def _refuse_odd_requests(self) -> None:
         """Note requests of operations that do not suit their resources."""
         requests = {entry.name: entry.value.as_written(entry.name).request for entry in self.resources}
+        is_whole = self.is_clear and not self._is_unclear("resources")
         for entry in self.operations:
-            entry.value.refuse_odd_request(requests)
+            entry.value.refuse_odd_request(requests, is_whole=is_whole)
 
     def _origins(self) -> Iterator[LiftedOrigin]:
         """Yield where the expanded entries come from, section by section."""

@@ -62,14 +62,15 @@ class WaiverKeys(Keys):
     expires = Key(_DATE_TYPE, "The last day on which the waiver counts.", absent="it does not expire")
     where = where_key()
 
-    def waiver(self, known: Iterable[str]) -> Waiver | None:
+    def waiver(self, known: Iterable[str], *, is_whole: bool) -> Waiver | None:
         """Return the waiver; `None` if something in it is wrong, which is noted.
 
         Args:
             known: the names of the obligations of the model.
+            is_whole: whether these are all obligations; if not, an unknown one is no error.
         """
         node, names = self.obligation, list(known)
-        if node is not None and node.text not in names:
+        if node is not None and node.text not in names and is_whole:
             remedy = suggestion(node.text or "", names, "the obligations are")
             message = f"the model has no obligation `{node.text}`"
             self.reader.add(Slug.UNKNOWN_OBLIGATION, message, node.place, remedy)
@@ -85,19 +86,25 @@ class WaiverKeys(Keys):
 WAIVER_LIST = MappingListType(WaiverKeys, "list of waivers")
 
 
-def waivers_of(entries: Iterable[WaiverKeys], model: BehaviorModel) -> tuple[Waiver, ...]:
-    """Return the waivers of a list, in its order; note unknown obligations, and obligations with two waivers."""
-    return tuple(_checked(entries, model))
+def waivers_of(entries: Iterable[WaiverKeys], model: BehaviorModel, *, is_whole: bool = True) -> tuple[Waiver, ...]:
+    """Return the waivers of a list, in its order; note unknown obligations, and obligations with two waivers.
+
+    Args:
+        entries: the waivers.
+        model: the model that has the obligations.
+        is_whole: whether all of the model could be read; if not, an unknown obligation is no error.
+    """
+    return tuple(_checked(entries, model, is_whole=is_whole))
 
 
-def _checked(entries: Iterable[WaiverKeys], model: BehaviorModel) -> Iterator[Waiver]:
+def _checked(entries: Iterable[WaiverKeys], model: BehaviorModel, *, is_whole: bool) -> Iterator[Waiver]:
     from scbm.cases.coverage import Obligations  # noqa: PLC0415 - few models have waivers
 
     known = [str(obligation) for obligation in Obligations.of(model)]
     first: dict[str, Waiver] = {}
     noted: list[Place] = []
     for entry in entries:
-        waiver = entry.waiver(known)
+        waiver = entry.waiver(known, is_whole=is_whole)
         if waiver is None:
             continue
         if waiver.obligation in first and waiver.place is not None:

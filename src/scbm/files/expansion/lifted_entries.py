@@ -133,7 +133,9 @@ class _KeyReader:
 
     def _check_kind(self, kind: str, begin: int) -> None:
         types = self.scope.names.facts.types
-        if kind not in types:
+        if kind not in types and self.scope.names.facts.misses_names:
+            self.is_right = False
+        elif kind not in types:
             remedy = suggestion(kind, types, "the types are") or "declare it under `types`"
             self._refuse(Slug.UNKNOWN_TYPE, f"there is no type `{kind}`", begin, len(kind), remedy)
 

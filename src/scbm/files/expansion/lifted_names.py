@@ -149,12 +149,15 @@ class LiftedScope:
             return None
         if term.is_parameter:
             if allowed.keys().isdisjoint(self.parameters[word]) and self.parameters[word]:
-                message = f"`{word}` is a `{self.kinds[word]}`, and here stands a `{kind}`"
+                is_sure = not self.names.facts.misses_names
+                message = f"`{word}` is a `{self.kinds[word]}`, and here stands a `{kind}`" if is_sure else ""
                 note(Slug.WRONG_INDEX, message, begin, end)
                 return None
         elif word not in allowed:
             remedy = suggestion(word, allowed, "its objects are")
-            note(Slug.WRONG_INDEX, f"`{word}` is not an object of the type `{kind}`", begin, end, remedy)
+            is_sure = not self.names.facts.misses_names
+            message = f"`{word}` is not an object of the type `{kind}`" if is_sure else ""
+            note(Slug.WRONG_INDEX, message, begin, end, remedy)
             return None
         return term
 

@@ -368,7 +368,8 @@ class LiftedParser:
         facts = self._scope.names.facts
         if token.text not in facts.types:
             remedy = suggestion(token.text, facts.types, "the types are")
-            self._note(Slug.UNKNOWN_TYPE, f"there is no type `{token.text}`", token.begin, token.end, remedy)
+            message = "" if facts.misses_names else f"there is no type `{token.text}`"
+            self._note(Slug.UNKNOWN_TYPE, message, token.begin, token.end, remedy)
 
     def _refuse_quantifier(self, word: LiftedToken, message: str) -> None:
         self._refuse(word, message, _EXAMPLE.format(word.text))
@@ -478,7 +479,8 @@ class LiftedParser:
         facts = self._scope.names.facts
         name = tokens[0]
         remedy = suggestion(name.text, facts.tables, "the tables are") or "declare it under `tables`"
-        self._note(Slug.UNKNOWN_TABLE, f"there is no table `{name.text}`", name.begin, name.end, remedy)
+        message = "" if facts.misses_names else f"there is no table `{name.text}`"
+        self._note(Slug.UNKNOWN_TABLE, message, name.begin, name.end, remedy)
         return ConstantFormula(True)
 
     def _row(self, table: ObjectTable, tokens: Sequence[LiftedToken]) -> Formula:
@@ -593,7 +595,7 @@ class LiftedParser:
             return
         known: dict[str, IndexedName] = dict(self._scope.names.indexed)
         remedy = suggestion(token.text, known, "names with an index are")
-        message = f"there is no variable `{token.text}` with an index"
+        message = f"there is no variable `{token.text}` with an index" if self._scope.names.is_whole else ""
         self._note(Slug.UNKNOWN_VARIABLE, message, token.begin, token.end, remedy)
 
 

@@ -19,9 +19,10 @@ from scbm.files.expansion.lifted_entries import (
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
 from scbm.files.expansion.stage_keys import LIFTED_SECTIONS, REQUIREMENT_KEYS
-from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
+from scbm.files.expansion.static_facts import WORD, StaticFacts, joined, read_facts
 from scbm.files.language.scope import name_fault
 from scbm.files.spelling import suggestion
+from scbm.files.yaml.document import YamlNode
 from scbm.files.yaml.instance_names import EntryInstance, InstanceNames
 from scbm.model import Slug
 from scbm.model.variables import (
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
 
     from scbm.files.expansion.formulas import Formula
     from scbm.files.expansion.node_templates import NodeKind, NodeTemplate
-    from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.text_files import ErrorCollector
 
 _INDEXED = ("variables", "resources", "operations")
@@ -267,7 +267,10 @@ class _ObjectStage:
         if domain is None or domain.condemned:
             return node
         types = self._facts.types
-        if (text := domain.text) is not None and text in types:
+        text = domain.text
+        if text is not None and self._facts.misses_names and text not in types and _is_type(text):
+            new = YamlNode(None, domain.place, condemned=True, end=domain.end)
+        elif text is not None and text in types:
             new = listed_at(domain.place, domain.end, types[text])
         elif any(element.text in types for element in domain.elements):
             elements: list[YamlNode] = []
@@ -310,6 +313,11 @@ class _ObjectStage:
             message = f"`{lifted.key.shown}` has the instance `{made.key}`, which is in {line} already"
         remedy = "leave out one of them, or exclude these objects with `where`"
         self._report.add(Slug.DUPLICATE_NAME, message, made.place, remedy)
+
+
+def _is_type(domain: str) -> bool:
+    """Return whether a domain can be the name of a type."""
+    return WORD.fullmatch(domain) is not None and domain != "bool"
 
 
 def _part_file(entry: MappingEntry) -> str | None:
@@ -366,7 +374,7 @@ def _names_of(document: YamlNode, facts: StaticFacts) -> LiftedNames:
     indexed: dict[str, IndexedName] = {}
     plain: dict[str, None] = dict.fromkeys((CURRENT_NAME, CURRENT_STATE, PLAN_STATE))
     symbols: dict[str, None] = {}
-    is_whole = True
+    is_whole = not document.incomplete
     for section in _INDEXED:
         node = document.get(section)
         is_whole = is_whole and (node is None or (isinstance(node.plain, dict) and not node.incomplete))

@@ -22,6 +22,7 @@ from scbm.files.expansion.static_facts import QUANTIFIERS
 from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import name_fault
 from scbm.files.spelling import nearest, suggestion
+from scbm.files.yaml.document import YamlNode
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_events import MAX_NODES
 from scbm.model import Diagnostic, InputError, Slug
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.files.expansion.stage_keys import PartKeyNames
-    from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import Place
 
@@ -62,7 +62,7 @@ def expand_parts(document: YamlNode, report: ErrorCollector, keys: PartKeyNames)
         if prefix:
             prefixes.setdefault(copied, []).append(prefix)
     report.name_copies(prefixes)
-    return whole
+    return replace(whole, incomplete=whole.incomplete or expansion.misses_names)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +86,8 @@ class _Expansion:
         copies: the file and the prefix of each copy of a part so far.
         is_whole: whether each part could be used, with all its arguments. If not, names may be missing, and that is no
             further error.
+        misses_names: whether a file could not be read, or not all of its sections. Then types and tables may be
+            missing, too: they depend on no arguments.
     """
 
     files: PartFiles
@@ -94,6 +96,7 @@ class _Expansion:
     nodes: int = 0
     copies: list[tuple[str, str]] = field(default_factory=list)
     is_whole: bool = True
+    misses_names: bool = False
 
     def whole(self, document: YamlNode, users: tuple[Path, ...], file: Path) -> YamlNode:
         """Return a file with the sections of what it uses before its own.
@@ -132,9 +135,13 @@ class _Expansion:
             remedy = "write for example `parts: {door: {use: door.yaml}}`"
             place = document.key_places["parts"]
             self.report.add(Slug.WRONG_SHAPE, "expected a mapping of names under `parts`", place, remedy)
+            self._miss_names()
         for entry in entries_of(node):
             named, given = self._use_of(entry)
-            part = self._opened(named, users, file) if named is not None else None
+            if named is None:
+                self._miss_names()
+                continue
+            part = self._opened(named, users, file)
             if part is not None:
                 arguments = self._arguments(part, given, entry.place, entry.key)
                 yield _Use(self._copied(part, f"{entry.key}.", arguments, users, entry.place), entry.place, entry.key)
@@ -153,14 +160,12 @@ class _Expansion:
         if not _NAME.fullmatch(entry.key):
             message = f"`{entry.key}` is not a name"
             self.report.add(Slug.BAD_NAME, message, entry.place, "names of parts are letters, digits and `_`")
-            self.is_whole = False
             return None, {}  # each name in the part would be wrong as well
         if entry.key in _RESERVED:
             message = f"`{entry.key}` is a reserved word"
             self.report.add(Slug.RESERVED_NAME, message, entry.place, "choose another word")
-            self.is_whole = False
             return None, {}
-        if "use" not in node.items and not node.incomplete:
+        if "use" not in node.items and not node.incomplete and nearest("use", node.items) is None:
             self.report.add(
                 Slug.MISSING_KEY, f"`use` is missing in `{entry.key}`", entry.place, "name the file: `use: door.yaml`"
             )
@@ -181,8 +186,14 @@ class _Expansion:
             way = " → ".join(path.name for path in (*users[users.index(part.path) :], part.path))
             self.report.add(Slug.CONTRADICTION, f"`{named.text}` uses itself: {way}", named.place)
             part = None
-        self.is_whole = self.is_whole and part is not None
+        if part is None or not part.is_clear:
+            self._miss_names()
         return part
+
+    def _miss_names(self) -> None:
+        """Note that names may be missing because something is wrong with the use of a part, or with its file."""
+        self.is_whole = False
+        self.misses_names = True
 
     def _arguments(
         self, part: PartFile, given: dict[str, MappingEntry], place: Place, name_of_use: str | None = None
@@ -195,10 +206,11 @@ class _Expansion:
         arguments: dict[str, YamlNode] = {}
         for name, default in part.parameters.items():
             node = given[name].node if name in given else default
-            self.is_whole = self.is_whole and node is not None
+            arguments[name] = YamlNode(None, place, condemned=True) if node is None else node
             if node is not None:
-                arguments[name] = node
-            elif nearest(name, (other for other in given if other not in part.parameters)) is None:
+                continue
+            self.is_whole = False
+            if nearest(name, (other for other in given if other not in part.parameters)) is None:
                 shown = Path(part.document.place.file).name
                 message = f"`{name_of_use or shown}` needs a value for the parameter `{name}` of its part"
                 remedy = f"write `with: {{{name}: …}}`"
@@ -277,8 +289,9 @@ class _Expansion:
         found = [(use, node) for use in used if (node := use.document.get(section)) is not None]
         if own is not None and not isinstance(own.node.plain, dict):
             return own
-        if not found and (own is not None or self.is_whole or section not in _REQUIRED):
-            return own if own is None or self.is_whole else own._replace(node=replace(own.node, incomplete=True))
+        is_whole = self.is_whole if section in NAMED_SECTIONS else not self.misses_names
+        if not found and (own is not None or is_whole or section not in _REQUIRED):
+            return own if own is None or is_whole else own._replace(node=replace(own.node, incomplete=True))
         entries: dict[str, MappingEntry] = {}
         names = tuple(use.name for use in used if use.name is not None)
         for use, node in found:
@@ -293,7 +306,7 @@ class _Expansion:
             place, end = (found[0][0].place, found[0][1].end) if found else (at, 0)
             whole = MappingEntry(section, place, mapping_node((), place, end), end)
         is_wrong = any(node.incomplete or not isinstance(node.plain, dict) for _, node in found)
-        incomplete = whole.node.incomplete or is_wrong or not self.is_whole
+        incomplete = whole.node.incomplete or is_wrong or not is_whole
         return whole._replace(node=replace(with_entries(whole.node, entries.values()), incomplete=incomplete))
 
     def _enter(
@@ -349,11 +362,13 @@ class PartFile:
         path: where it is, without symbolic links.
         document: its tree.
         parameters: its parameters, each with the node of its default; `None` if it has none and must be given.
+        is_clear: whether all of its keys are known: an unknown key may mean a section, whose names are missing then.
     """
 
     path: Path
     document: YamlNode
     parameters: dict[str, YamlNode | None]
+    is_clear: bool
 
 
 @dataclass(slots=True)
@@ -430,7 +445,8 @@ class PartFiles:
             return None
         self.report.add_source(source, named.place)
         self.report.add_found(report.diagnostics, named.place)
-        part = PartFile(path, document, self._parameters(document))
+        is_clear = not document.incomplete and all(key in self.keys.part for key in document.items)
+        part = PartFile(path, document, self._parameters(document), is_clear)
         self._check_keys(document)
         return part
 

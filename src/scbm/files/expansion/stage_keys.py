@@ -58,8 +58,8 @@ def has_parts(document: YamlNode) -> bool:
 
 
 def has_objects(document: YamlNode) -> bool:
-    """Return whether the tree of a model has types, tables, or names with parameters."""
-    if "types" in document.items or "tables" in document.items:
+    """Return whether the tree of a model has types, tables, or names with parameters; or a file may have them."""
+    if document.incomplete or "types" in document.items or "tables" in document.items:
         return True
     for section in LIFTED_SECTIONS:
         for entry in entries_of(document.items[section]) if section in document.items else ():

@@ -52,12 +52,14 @@ class StaticFacts:
         tables: the tables by name.
         places: where each object is first named.
         is_whole: whether all types could be read; if not, an unknown object is no error.
+        misses_names: whether a section or a file could not be read; an unknown type or table is no error then.
     """
 
     types: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     tables: Mapping[str, ObjectTable] = field(default_factory=dict)
     places: Mapping[str, Place] = field(default_factory=dict)
     is_whole: bool = True
+    misses_names: bool = False
 
     def objects(self, kind: str) -> tuple[str, ...]:
         """Return the objects of a type; none for an unknown one."""
@@ -66,12 +68,18 @@ class StaticFacts:
 
 def read_facts(document: YamlNode, report: ErrorCollector) -> StaticFacts:
     """Return the types and tables of a model file; note everything that is wrong with them."""
-    return _FactsReader(report).facts(document.get("types"), document.get("tables"))
+    types, tables = document.get("types"), document.get("tables")
+    misses_names = document.incomplete or any(
+        section is not None and (section.incomplete or not isinstance(section.plain, dict))
+        for section in (types, tables)
+    )
+    return _FactsReader(report, misses_names=misses_names).facts(types, tables)
 
 
 class _FactsReader:
-    def __init__(self, report: ErrorCollector) -> None:
+    def __init__(self, report: ErrorCollector, *, misses_names: bool) -> None:
         self._report = report
+        self._misses_names = misses_names
         self._own: dict[str, list[str]] = {}
         self._parents: dict[str, str] = {}
         self._places: dict[str, Place] = {}
@@ -84,14 +92,14 @@ class _FactsReader:
         for name, node in rejected.items():  # so that their objects are checked, and uses of their names are no errors
             self._read_type(name, node)
         self._check_parents(types)
-        is_whole = len(self._report) == self._errors
+        is_whole = len(self._report) == self._errors and not self._misses_names
         objects = _with_subtypes(self._own, self._parents)
         read: dict[str, ObjectTable] = {}
         for name, node in self._entries(tables, "tables", "{near: {of: [zone, zone], rows: [[a, b]]}}"):
             if name in objects:
                 self._add(Slug.DUPLICATE_NAME, f"`{name}` is a type, and also a table", _key(tables, name))
             read[name] = self._table(name, node, objects)
-        return StaticFacts(objects, read, self._places, is_whole)
+        return StaticFacts(objects, read, self._places, is_whole, self._misses_names)
 
     def _rejected(self, types: YamlNode | None) -> dict[str, YamlNode]:
         """Return the types that cannot have their names, which is noted with the other names."""
@@ -168,7 +176,8 @@ class _FactsReader:
             place = types.items[name].items["of"].place if types is not None else None
             if place is not None and parent not in self._own:
                 remedy = suggestion(parent, [other for other in self._own if other != name], "the types are")
-                self._add(Slug.UNKNOWN_TYPE, f"there is no type `{parent}`", place, remedy)
+                if not self._misses_names:
+                    self._add(Slug.UNKNOWN_TYPE, f"there is no type `{parent}`", place, remedy)
                 del self._parents[name]
             elif place is not None and name in (chain := self._ancestors(name)):
                 shown = " of ".join(f"`{one}`" for one in (name, *chain))
@@ -202,7 +211,7 @@ class _FactsReader:
         assert rows is not None  # noqa: S101 - a list
         kinds = [element.text or "" for element in types.elements]
         for kind, element in zip(kinds, types.elements, strict=True):
-            if kind not in objects and not element.condemned:
+            if kind not in objects and not element.condemned and not self._misses_names:
                 remedy = suggestion(kind, objects, "the types are")
                 self._add(Slug.UNKNOWN_TYPE, f"there is no type `{kind}`", element.place, remedy)
         places: dict[tuple[str, ...], Place] = {}
@@ -233,7 +242,7 @@ class _FactsReader:
         for cell, kind in zip(cells, kinds, strict=True):
             if cell.condemned:
                 is_right = False
-            elif kind in objects and cell.text not in objects[kind]:
+            elif kind in objects and cell.text not in objects[kind] and not self._misses_names:
                 remedy = suggestion(cell.text or "", objects[kind], "its objects are")
                 message = f"`{cell.text}` is not an object of the type `{kind}`"
                 self._add(Slug.UNKNOWN_OBJECT, message, cell.place, remedy)

@@ -182,6 +182,8 @@ class _WaiverStage:
     def _is_unknown(self, obligation: YamlNode, text: str, base: str, rest: str, *, is_lifted: bool) -> bool:
         """Return whether an obligation of no entry with parameters is an error, which is noted."""
         lifted = list(self._entries.instances)
+        if self._names.facts.misses_names:
+            return is_lifted
         if is_lifted:
             message = f"no entry with parameters has the name `{base}`"
             remedy = suggestion(base, lifted, "with parameters there are")

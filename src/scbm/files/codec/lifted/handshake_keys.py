@@ -44,11 +44,12 @@ class HandshakeKeys(Keys):
         ACTIONS, "With `request`: what changes when the deadline passes; it needs a `deadline`.", source=_unwritten
     )
 
-    def refuse_odd_request(self, requests: Mapping[str, tuple[str, ...]]) -> None:
+    def refuse_odd_request(self, requests: Mapping[str, tuple[str, ...]], *, is_whole: bool) -> None:
         """Note an unknown resource, a payload that the resource does not expect, and these keys without a request.
 
         Args:
             requests: the variables that the requests to each resource carry.
+            is_whole: whether these are all resources of the model; if not, an unknown one is no error.
         """
         if not self.has("request"):
             self._refuse_without_request()
@@ -56,7 +57,7 @@ class HandshakeKeys(Keys):
             resource = self.request.text or ""
             if resource in requests:
                 self._refuse_odd_payload(resource, requests[resource])
-            else:
+            elif is_whole:
                 remedy = suggestion(resource, requests, "the resources are") or f"add `{resource}` to `resources`"
                 message = f"there is no resource `{resource}`"
                 self.reader.add(Slug.UNKNOWN_RESOURCE, message, self.request.place, remedy)
