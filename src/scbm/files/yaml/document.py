@@ -65,8 +65,8 @@ class YamlNode:
         elements: the children of a sequence.
         size: the number of nodes in this subtree.
         condemned: whether an error is noted already that explains everything else that is wrong with the node.
-        incomplete: whether entries of a mapping are missing, for which an error is noted: a key is no name, or a part of the
-            model could not be read.
+        incomplete: whether entries of a mapping are missing, for which an error is noted: a key is no name, or a part
+            of the model could not be read.
         end: where in the text the node ends.
         origin: the name of the lifted entry that an expanded entry of a section comes from; `None` if there is none.
         user: where the model file uses the part that an entry of a section comes from; `None` for its own entries.
