@@ -34,7 +34,7 @@ from scbm.files.expansion.formulas import (
     relation_holds,
 )
 from scbm.files.expansion.lifted_tokens import LiftedToken, phrase_at, tokens_of
-from scbm.files.expansion.static_facts import QUANTIFIERS
+from scbm.files.expansion.static_facts import QUANTIFIERS, WORD
 from scbm.files.language.grammar import keywords
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import FORMS, Slug
@@ -138,7 +138,7 @@ class LiftedParser:
         bounds = []
         while self._is_quantifier("forall"):
             self.is_lifted = True
-            bound, inner = self._parameters()
+            bound, inner = self._bound(self._tokens[self._index], self._parameters())
             bounds.append(bound)
             self._scope = inner
         begin, end = self._index, len(self._tokens)
@@ -262,8 +262,8 @@ class LiftedParser:
     def _is_quantifier(self, word: str) -> bool:
         """Return whether a quantifier begins here: the word alone may be the name of a variable."""
         following = self._index + 1
-        is_name = following < len(self._tokens) and self._tokens[following].is_name
-        return self._peek() == word and is_name and self._peek(1) != "in"
+        is_word = following < len(self._tokens) and self._tokens[following].is_word
+        return self._peek() == word and is_word and self._peek(1) != "in"
 
     def _refuse_misplaced_quantifier(self, *, is_first: bool) -> None:
         """Refuse `sum r in robot. (…)`, `exists in robot. (…)` and `1 < count r in robot. (…)`."""
@@ -286,7 +286,10 @@ class LiftedParser:
         self.is_lifted = True
         word = self._tokens[self._index]
         outer, outer_instances = self._scope, self._instances
-        bound, inner = self._parameters()
+        words = self._parameters()
+        if self._peek() != "(":
+            self._refuse_quantifier(word, "the predicate of a quantifier stands in brackets")
+        bound, inner = self._bound(word, words)
         for objects in bound.objects.values():
             self._instances *= len(objects)
         if self._instances > MAX_INSTANCES:
@@ -294,8 +297,6 @@ class LiftedParser:
             self._note(Slug.TOO_MANY_INSTANCES, message, word.begin, word.end)
             bound = replace(bound, objects=dict.fromkeys(bound.objects, ()))
             self._instances = 0  # the quantifiers in the brackets have more instances, which is no further error
-        if self._peek() != "(":
-            self._refuse_quantifier(word, "the predicate of a quantifier stands in brackets")
         self._scope = inner
         opening = self._next()
         body = self._implication()
@@ -332,31 +333,40 @@ class LiftedParser:
             message = f"{values}, {compared} can never hold"
             self._note(Slug.VALUE_OUTSIDE_DOMAIN, message, number.begin, number.end)
 
-    def _parameters(self) -> tuple[Bound, LiftedScope]:
-        """Return the parameters of a quantifier with the scope of its body: the tokens up to the dot."""
+    def _parameters(self) -> list[tuple[LiftedToken, LiftedToken]]:
+        """Return the parameters of a quantifier with their types: the tokens up to the dot."""
         word = self._next()
-        kinds: dict[str, str] = {}
+        words: list[tuple[LiftedToken, LiftedToken]] = []
         while True:
-            name, between, kind = self._peek(), self._peek(1), self._peek(2)
-            if between not in ("in", ":") or self._index + 2 >= len(self._tokens):
+            has_type = self._peek(1) in ("in", ":") and self._index + 2 < len(self._tokens)
+            if not has_type or not self._tokens[self._index + 2].is_word:
                 self._refuse_quantifier(word, f"a parameter of this `{word.text}` has no type")
-            token = self._next()
-            self._next()
-            kind_token = self._next()
-            self._check_parameter(token, kinds)
-            self._check_type(kind_token)
-            kinds[name] = kind
+            words.append((self._tokens[self._index], self._tokens[self._index + 2]))
+            self._index += 3
             if self._peek() != ",":
                 break
             self._next()
         if self._peek() != ".":
             self._refuse_quantifier(word, f"a `.` is missing after the parameters of this `{word.text}`")
         self._next()
+        return words
+
+    def _bound(self, word: LiftedToken, words: list[tuple[LiftedToken, LiftedToken]]) -> tuple[Bound, LiftedScope]:
+        """Return the parameters of the quantifier `word` with the scope of its body; note what is wrong with them."""
+        kinds: dict[str, str] = {}
+        for token, kind in words:
+            self._check_parameter(token, kinds)
+            self._check_type(kind)
+            kinds[token.text] = kind.text
         scope = self._scope.with_parameters(kinds)
         objects = {name: scope.parameters[name] for name in kinds}
         return Bound(objects, word.begin, word.end, scope.names.limit), scope
 
     def _check_parameter(self, token: LiftedToken, kinds: dict[str, str]) -> None:
+        if not WORD.fullmatch(token.text):
+            message = f"`{token.text}` is not a name"
+            self._note(Slug.BAD_NAME, message, token.begin, token.end, "write letters, digits and `_`")
+            return
         taken = "a parameter" if token.text in kinds or token.text in self._scope.parameters else None
         if token.text not in self._scope.names.indexed:  # whose index tells the two apart
             taken = self._scope.hidden_by(token.text) or taken

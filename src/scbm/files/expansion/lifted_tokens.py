@@ -14,11 +14,13 @@ if TYPE_CHECKING:
     from scbm.model import RequirementForm
 
 _TOKEN = re.compile(
-    r"(?P<name>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)"
+    r"(?P<name>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)(?!(?u:\w))"
+    r"|(?P<word>(?u:[^\W\d]\w*))"
     r"|(?P<number>\d+(?:\.\d+)?)"
     r"|(?P<sign><-|\+=|-=|->|==|!=|<=|>=|&&|\|\||\S)",
     re.ASCII,
 )
+"""A word with letters that no name has is one token, so that errors name all of it."""
 
 Piece: TypeAlias = tuple[str, int, int]
 """A part of a ground text, and the characters `begin..end` of the lifted text that it stands for."""
@@ -40,6 +42,11 @@ class LiftedToken(NamedTuple):
     begin: int
     end: int
     is_name: bool
+
+    @property
+    def is_word(self) -> bool:
+        """Whether it is a name, or would be one with other letters."""
+        return self.is_name or self.text.isidentifier()
 
 
 def tokens_of(text: str) -> list[LiftedToken]:
