@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -98,6 +99,24 @@ def test_a_project_passes_all_commands(example: str, scbm: Scbm, tmp_path: Path)
     ):
         ran = scbm(*arguments)
         assert ran.code == 0, (arguments, ran.err)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_the_commands_of_the_readme_end_well(
+    example: str, scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scbm("init", tmp_path / "cell", "--example", example)
+    monkeypatch.chdir(tmp_path / "cell")
+    text = Path("README.md").read_text(encoding="utf-8")
+    commands = re.findall(r"(?:^    |^\| `)scbm ([^`>\n]*)", text, re.MULTILINE)
+    assert {words.split()[0] for words in commands} == {
+        *("check", "run", "test", "close", "show", "replay", "explain", "mutate", "schema")
+    }
+    for words in commands:
+        if not words.startswith("mutate"):  # takes minutes, and the test of all commands has a short one
+            ran = scbm(*words.split())
+            assert ran.code == 0, (words, ran.err)
 
 
 @pytest.mark.slow

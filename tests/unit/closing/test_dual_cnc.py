@@ -155,6 +155,16 @@ def test_the_lifted_cell_says_the_same_in_at_most_130_lines(cell: BehaviorModel,
         assert Tester(lifted).execute(case).verdict.failures == (), case.name
 
 
+def test_a_third_machine_needs_one_name_more(scbm: Scbm, tmp_path: Path) -> None:
+    text = LIFTED.read_text(encoding="utf-8")
+    assert "{machine: [m1, m2]}" in text
+    path = tmp_path / "three.yaml"
+    path.write_text(text.replace("{machine: [m1, m2]}", "{machine: [m1, m2, m3]}"), encoding="utf-8")
+    ran = scbm("check", "--strict", path)
+    assert (ran.code, ran.out.splitlines()[0]) == (0, f"{path}: good")
+    assert len(load_model(path).operations) == 31
+
+
 @pytest.mark.slow
 def test_closing_decides_the_same_of_the_lifted_cell(scbm: Scbm) -> None:
     closed = [json.loads(scbm("close", file, "--json").out) for file in (CELL, LIFTED)]

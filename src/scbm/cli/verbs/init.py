@@ -24,39 +24,52 @@ class ExampleCell:
     Attributes:
         model: its model file in the folder of examples.
         goal: a goal of the model that a run reaches.
-        about: what the cell is, for the help and the README of a project.
+        obligation: an obligation of the model, for `scbm explain` in the README of a project.
+        about: what the cell is, for the help and the README.
         cases: the folder of its cases beside the model.
     """
 
     model: str
     goal: str
+    obligation: str
     about: str
     cases: str = "cases"
 
 
 EXAMPLES: dict[str, ExampleCell] = {
     "gripper": ExampleCell(
-        "gripper/cell.yaml", "loaded", "a robot with a gripper that loads a machine; the smallest one"
+        "gripper/cell.yaml", "loaded", "grip/failed", "a robot with a gripper that loads a machine; the smallest one"
     ),
     "packml": ExampleCell(
-        "packml/cell.yaml", "pallet_full", "a packaging machine by ISA-TR88 (PackML) with an emergency stop, of parts"
+        "packml/cell.yaml",
+        "pallet_full",
+        "packer.produce/failed",
+        "a packaging machine by ISA-TR88 (PackML) with an emergency stop, of parts",
     ),
     "agv": ExampleCell(
-        "agv_line/cell.yaml", "delivered", "an AGV with orders that fail, a protective field and a lost position"
+        "agv_line/cell.yaml",
+        "delivered",
+        "pick/failed",
+        "an AGV with orders that fail, a protective field and a lost position",
     ),
     "cnc": ExampleCell(
         "dual_cnc/lifted.yaml",
         "pallet_finished",
+        "finish_cut/failed",
         "two CNC machines and a robot, with stop, light curtain and recovery",
         cases="lifted_cases",
     ),
     "paper": ExampleCell(
         "robot_in_the_air/handshakes.yaml",
         "item_a_scanned",
+        "scanner_scan_item_a/timedout",
         "the robot on a gantry of the paper about SCBM-IAS, repaired",
     ),
     "delivery": ExampleCell(
-        "delivery/cell.yaml", "goal", "two robots that carry crates through a warehouse, imported from PDDL"
+        "delivery/cell.yaml",
+        "goal",
+        "pick/failed",
+        "two robots that carry crates through a warehouse, imported from PDDL",
     ),
 }
 """The examples by name, in the order of the help."""
@@ -112,7 +125,9 @@ def project_files(cell: ExampleCell) -> dict[str, str]:
     return files | {
         "test_model.py": _TESTS,
         ".github/workflows/scbm.yaml": _WORKFLOW,
-        "README.md": _README.format(about=cell.about, commands=commands),
+        "README.md": _README.format(
+            about=cell.about, commands=commands, obligation=cell.obligation, case=cases[0].name
+        ),
     }
 
 
@@ -191,10 +206,17 @@ The example: {about}. Change it into your own cell.
 Begin with these commands:
 
 {commands}
-`scbm show model.yaml --expanded` prints the model written out: all that `request`, parts and objects stand for.
-`scbm test` reports which parts of the model the cases have exercised. `scbm close` generates the missing cases, or
-proves that there are none. `scbm explain model.yaml OBLIGATION` says why one is not covered. `scbm mutate
-model.yaml cases --store mutants.db` shows which changes of the model the cases would not notice; that takes up to
-some minutes, and the same command goes on after Ctrl-C. `scbm schema > scbm.schema.json` helps editors to complete
-keys.
+`scbm test` reports which parts of the model the cases have exercised: its obligations. `scbm close` generates the
+missing cases, or proves that there are none. Other commands:
+
+| command | result |
+| --- | --- |
+| `scbm show model.yaml --expanded` | the model written out: all that `request`, parts and objects stand for |
+| `scbm replay cases/{case}` | the run of one case |
+| `scbm explain model.yaml {obligation}` | a run that covers this obligation, or why there is none |
+| `scbm mutate model.yaml cases --store mutants.db` | which changes of the model the cases would not notice |
+| `pytest` | the cases and random cases as tests; needs `pip install 'scbm[testing]'` |
+| `scbm schema > scbm.schema.json` | a schema, with which editors complete keys |
+
+`scbm mutate` takes up to some minutes. After Ctrl-C the same command goes on where it was.
 """
