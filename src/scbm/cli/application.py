@@ -47,7 +47,7 @@ def run_verb(arguments: list[str], begin: Callable[[], None]) -> int:
         begin: called when everything is imported and read, just before the verb does its work.
     """
     try:
-        _application(arguments, begin)(arguments, prog_name="scbm")
+        _application(arguments, begin).main(arguments, prog_name="scbm")
     except SystemExit as end:  # this is how typer ends
         return end.code if isinstance(end.code, int) else GOOD
     except ScbmError as error:
@@ -58,7 +58,7 @@ def run_verb(arguments: list[str], begin: Callable[[], None]) -> int:
     return GOOD
 
 
-def _application(arguments: list[str], begin: Callable[[], None]) -> typer.Typer:
+def _application(arguments: list[str], begin: Callable[[], None]) -> typer.core.TyperGroup:
     """Return the application with the verb that the arguments name, or with all verbs: loading one is faster."""
     application = typer.Typer(
         help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
@@ -76,9 +76,10 @@ def _application(arguments: list[str], begin: Callable[[], None]) -> typer.Typer
     for name, group_application in groups.items():
         if not asked or asked[0].startswith(f"{name} "):
             application.add_typer(group_application, name=name)
+    built = typer.main.get_group(application)  # once: `Typer.__call__` would build it again
     if asked:
-        _refuse_repeated(typer.main.get_command(application), asked[0], arguments)
-    return application
+        _refuse_repeated(built, asked[0], arguments)
+    return built
 
 
 class _Verb(VerbCommand):
@@ -106,7 +107,7 @@ def _name_other_verbs(error: Any, verb: str, arguments: list[str]) -> None:  # n
 
 def _options_by_verb() -> dict[str, tuple[str, ...]]:
     """Return the names of the options of each verb, in the order of the help."""
-    application = typer.main.get_command(_application([], lambda: None))
+    application = _application([], lambda: None)
     options = {verb: _options_of(_command_of(application, verb)) for verb in VERBS}
     return {verb: tuple(name for each in found for name in each.opts) for verb, found in options.items()}
 
