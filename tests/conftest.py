@@ -27,6 +27,7 @@ from support.loops import GUARD_S
 from support.profiles import load_profile
 from support.shared_closings import SharedCloser, shared_flaws
 from support.shared_models import share_models
+from support.shared_programs import share_programs
 from support.wording import Wording
 
 share_models()
@@ -166,6 +167,7 @@ class Ran:
 @pytest.fixture
 def scbm(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Ran]:
     """Runs a command line in this process, from the root of the repository."""
+    share_programs(monkeypatch)
     monkeypatch.chdir(ROOT)
     monkeypatch.delenv("COLUMNS", raising=False)
 

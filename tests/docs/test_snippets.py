@@ -22,6 +22,7 @@ import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ from _pytest.mark import ParameterSet
 
 from scbm.cli import main
 from scbm.files import read_model
+from support.shared_programs import share_programs
 
 ROOT = Path(__file__).parents[2]
 PAGES = tuple(page for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))) if page.is_file())
@@ -143,16 +145,14 @@ def furnish(directory: Path, block: Block) -> None:
     for entry in ROOT.iterdir():
         if not entry.name.startswith(".") and entry.name != "pyproject.toml":
             (directory / entry.name).symlink_to(entry)
-    for above in read_blocks(block.page):
-        if above.number >= block.number:
-            break
-        name = file_name(above)
-        if name is not None:
-            path = directory / name
-            path.parent.mkdir(exist_ok=True)
-            is_ours = not path.is_symlink() and path.parent.resolve().is_relative_to(directory.resolve())
-            assert is_ours, f"{above}: the repository has a file of this name"
-            path.write_text(above.text, encoding="utf-8")
+    above = takewhile(lambda other: other.number < block.number, read_blocks(block.page))
+    last = {name: other for other in above if (name := file_name(other)) is not None}  # of blocks of one name
+    for name, other in last.items():
+        path = directory / name
+        path.parent.mkdir(exist_ok=True)
+        is_ours = not path.is_symlink() and path.parent.resolve().is_relative_to(directory.resolve())
+        assert is_ours, f"{other}: the repository has a file of this name"
+        path.write_text(other.text, encoding="utf-8")
 
 
 def file_name(block: Block) -> str | None:
@@ -200,6 +200,7 @@ def run_here(words: tuple[str, ...], directory: Path) -> tuple[str, int]:
             patch.delenv(name, raising=False)
         for name, value in ENVIRONMENT.items():
             patch.setenv(name, value)
+        share_programs(patch)
         patch.chdir(directory)
         patch.setattr("sys.argv", list(words))
         with pytest.raises(SystemExit) as exited:
