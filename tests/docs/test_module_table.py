@@ -13,12 +13,17 @@ SOURCE = ROOT / "src" / "scbm"
 ARCHITECTURE = ROOT / "docs" / "explanation" / "architecture.md"
 PAGE = ROOT / "docs" / "explanation" / "modules.md"
 BEGIN, END = "<!-- module table -->\n", "<!-- end of module table -->\n"
+BEGINNING = re.compile(r'"""[^"\\]*"""\n')
+"""A docstring that a module begins with."""
+
 PATHS = sorted(set(re.findall(r"`([a-z_]+/[a-z_/]*(?:\.py)?)`", ARCHITECTURE.read_text(encoding="utf-8"))))
 
 
 def summary(path: Path) -> str:
     """Return the first sentence of the docstring of a module, as text for a cell of a table."""
-    paragraph = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").partition("\n\n")[0]
+    text = path.read_text(encoding="utf-8")
+    docstring = BEGINNING.match(text)  # parsing all of the module takes far longer
+    paragraph = (ast.get_docstring(ast.parse(text if docstring is None else docstring[0])) or "").partition("\n\n")[0]
     sentence = re.split(r"(?<=[.?!])\s+(?=[A-Z`])", " ".join(paragraph.split()), maxsplit=1)[0]
     return sentence.removesuffix(".").replace("|", "\\|").replace("<", "\\<")
 

@@ -28,8 +28,16 @@ def is_prose(text: str) -> bool:
 
 def prose_literals(source: str) -> Iterator[str]:
     """Yield the literals of prose inside the assertions of a module, each with its line."""
-    for node in ast.walk(ast.parse(source)):
+    for node in _statements(ast.parse(source)):
         if isinstance(node, ast.Assert):
             for each in ast.walk(node.test):
                 if isinstance(each, ast.Constant) and isinstance(each.value, str) and is_prose(each.value):
                     yield f"{each.lineno}: {each.value}"
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the statements of a module, of blocks in it too, without their expressions, which are far more."""
+    for field in ("body", "handlers", "orelse", "finalbody", "cases"):
+        for each in getattr(node, field, ()):
+            yield each
+            yield from _statements(each)

@@ -33,6 +33,11 @@ CLOCK_CLASSES = frozenset({"datetime", "date"})
 CLOCK_METHODS = frozenset({"now", "today", "utcnow"})
 """Methods of `datetime` and `date` that read a clock; other uses of these classes only convert."""
 
+_LIKE_CLOCKS = re.compile(
+    rf"(?:import|from)\b.*\b(?:{'|'.join(sorted(CLOCK_MODULES))})\b|\.\s*(?:{'|'.join(sorted(CLOCK_METHODS))})\b"
+)
+"""Matches in each text of a module that reads a clock; other texts may match, too."""
+
 HOUSE_WORDS = re.compile(
     r"\b(rooms?|strangers?|desks?|bench|ledgers?|seats?|whoever|nobody|somebody|for ever|told of|"
     r"what is looked at|comes? to the head)\b",
@@ -40,8 +45,18 @@ HOUSE_WORDS = re.compile(
 )
 """Metaphors and riddles of an earlier version of the texts; CONTRIBUTING.md says what to write."""
 
+_HOUSE_PARTS = (
+    *("room", "stranger", "desk", "bench", "ledger", "seat", "whoever", "nobody", "somebody", "for ever", "told of"),
+    *("what is looked", "to the head"),
+)
+"""Each of `HOUSE_WORDS` contains one of these, which are found faster."""
+
 HOUSE_NAMES = frozenset({"tell", "tells", "told", "said", "stranger", "strangers", "telling"})
 """Words of names in code: write `report`, `message`, `output`, `diagnostic`, or what the value is."""
+
+_NAMES = "|".join(sorted(HOUSE_NAMES))
+_LIKE_HOUSE_NAMES = re.compile(rf"(?:(?<![a-z])(?:{_NAMES})|{_NAMES.title()})(?![a-z])|{_NAMES.upper()}")
+"""Matches in each text that has such a name; comments may match, too."""
 
 WITH_HOUSE_WORDS = Path(__file__).with_name("with_house_words.txt")
 """Files that still have some, a line each; a file that has none any more has to leave the list."""
@@ -59,7 +74,10 @@ def packages() -> list[str]:
 
 def reads_clock(path: Path) -> bool:
     """Return whether a module imports one of time, or calls a method that returns the present moment or date."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    text = path.read_text(encoding="utf-8")
+    if not _LIKE_CLOCKS.search(text):
+        return False  # without parsing the module
+    for node in ast.walk(ast.parse(text)):
         match node:
             case ast.Import(names=names):
                 imported = [alias.name for alias in names]
@@ -84,13 +102,17 @@ def texts() -> dict[str, Path]:
 
 def house_words(path: Path) -> list[str]:
     """Return the lines with house words, and where they are."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    return [f"{number}: {found[0]}" for number, line in enumerate(lines, 1) if (found := HOUSE_WORDS.search(line))]
+    text = path.read_text(encoding="utf-8")
+    lowered = text.lower()
+    if not any(part in lowered for part in _HOUSE_PARTS):
+        return []
+    found = ((number, HOUSE_WORDS.search(line)) for number, line in enumerate(text.splitlines(), 1))
+    return [f"{number}: {match[0]}" for number, match in found if match]
 
 
 def names_in_code(path: Path) -> list[str]:
     """Return the names of a module that have a house word in them, and where they are."""
-    if not re.search("|".join(sorted(HOUSE_NAMES)), path.read_text(encoding="utf-8"), re.IGNORECASE):
+    if not _LIKE_HOUSE_NAMES.search(path.read_text(encoding="utf-8")):
         return []  # tokens take far longer
     with path.open("rb") as file:
         names = [token for token in tokenize(file.readline) if token.type == NAME]
@@ -195,8 +217,11 @@ JSON_READER = SOURCE / "model" / "json_reader.py"
 def other_json_readers(path: Path) -> list[str]:
     """Return the uses of readers of the module `json` in a module, each with its line."""
     readers = ("load", "loads", "JSONDecoder")
-    found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    found: list[str] = []
+    text = path.read_text(encoding="utf-8")
+    if not ("json" in text and any(reader in text for reader in readers)):
+        return found  # without parsing the module
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "json":
             found += [f"{node.lineno}: json.{node.attr}"] if node.attr in readers else []
         if isinstance(node, ast.ImportFrom) and node.module in ("json", "json.decoder"):
