@@ -5,6 +5,7 @@ written beside them. With `--update-golden` the expectations are written; then r
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,6 +48,13 @@ def diagnostics_of(text: str) -> tuple[Diagnostic, ...]:
     return raised.value.diagnostics
 
 
+@cache
+def error_of_file(path: Path) -> InputError:
+    with pytest.raises(InputError) as raised:
+        load_model(path)
+    return raised.value
+
+
 def the_diagnostic_of_file(path: Path) -> Diagnostic:
     with pytest.raises(InputError) as raised:
         load_model(path)
@@ -66,9 +74,7 @@ def compare(request: pytest.FixtureRequest, path: Path, shown: str) -> None:
 
 @pytest.mark.parametrize("path", REJECTED, ids=lambda path: path.stem)
 def test_a_wrong_model_gets_exactly_these_diagnostics(path: Path, request: pytest.FixtureRequest) -> None:
-    with pytest.raises(InputError) as raised:
-        load_model(path)
-    compare(request, path, str(raised.value).replace(str(path), path.name) + "\n")
+    compare(request, path, str(error_of_file(path)).replace(str(path), path.name) + "\n")
 
 
 @pytest.mark.parametrize("path", REJECTED, ids=lambda path: path.stem)
@@ -80,11 +86,10 @@ def test_a_wrong_model_shows_the_slug_that_it_is_named_after(path: Path) -> None
 @pytest.mark.parametrize("path", REJECTED, ids=lambda path: path.stem)
 def test_every_place_in_a_wrong_model_lies_in_its_text_and_reads_downwards(path: Path) -> None:
     lines = re.split(r"\r\n|\r|\n", path.read_text(encoding="utf-8"))
-    with pytest.raises(InputError) as raised:
-        load_model(path)
-    places = [diagnostic.place for diagnostic in raised.value.diagnostics]
+    diagnostics = error_of_file(path).diagnostics
+    places = [diagnostic.place for diagnostic in diagnostics]
     assert [(place.line, place.column) for place in places] == sorted((place.line, place.column) for place in places)
-    for diagnostic in raised.value.diagnostics:
+    for diagnostic in diagnostics:
         line = lines[diagnostic.place.line - 1]
         assert diagnostic.source_line == line
         assert 1 <= diagnostic.place.column <= len(line) + 1
@@ -363,7 +368,7 @@ def test_an_alias_bomb_is_refused_before_it_goes_off() -> None:
 
 @pytest.mark.parametrize("opening", slow_beyond(4, ["[", "- ", "? ", "{a: ", "{", "[{"]))
 def test_deep_nesting_is_refused_where_it_gets_too_deep(opening: str, wording: Wording) -> None:
-    (diagnostic,) = diagnostics_of(opening * 5_000)
+    (diagnostic,) = diagnostics_of(opening * 1_500)  # more than calls of Python can be nested
     assert diagnostic.slug is Slug.YAML_TOO_LARGE
     wording(diagnostic.message)
     assert 30 <= diagnostic.place.column <= 31 * len(opening) + 1
@@ -374,7 +379,7 @@ def test_too_many_nodes_are_refused() -> None:
     assert (diagnostic.slug, diagnostic.place.line) == (Slug.YAML_TOO_LARGE, 200)
 
 
-@pytest.mark.parametrize("predicate", ["(" * 100_000, "(" * 9_000 + "a == true" + ")" * 9_000, "!" * 100_000])
+@pytest.mark.parametrize("predicate", ["(" * 100_000, "(" * 3_000 + "a == true" + ")" * 3_000, "!" * 100_000])
 def test_nested_parentheses_are_too_deep(predicate: str) -> None:
     (diagnostic,) = diagnostics_of(f'{BEGIN}goals: {{done: "{predicate}"}}\n')
     assert diagnostic.slug is Slug.TOO_DEEP

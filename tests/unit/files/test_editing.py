@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import stat
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -36,7 +37,7 @@ NEVER = ("undone", "!(done == true)", None)
 
 
 def _added(text: str, *goals: tuple[str, str, str | None]) -> str:
-    edited = with_goals(text, "cell.yaml", goals)
+    edited = with_goals(text, "model", goals)  # the default name of `read_model`, so each text is read once
     _same_but_goals(text, edited, [name for name, _, _ in goals])
     return edited
 
@@ -49,7 +50,7 @@ def _same_but_goals(text: str, edited: str, names: list[str]) -> None:
 
 
 def _without_goals(model: BehaviorModel) -> tuple[object, ...]:
-    return tuple(value for name, value in vars(model).items() if name != "goals")
+    return tuple(getattr(model, field.name) for field in fields(model) if field.name != "goals")
 
 
 def test_a_block_gets_lines_behind_its_last_entry_in_its_indentation() -> None:

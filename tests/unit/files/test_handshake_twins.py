@@ -12,6 +12,7 @@ from ruamel.yaml.error import YAMLError
 from scbm.files import read_model
 from scbm.files.yaml.yaml_writer import dump
 from scbm.model import Diagnostic, InputError
+from support.profiles import slow_where
 
 REJECTED = sorted((Path(__file__).parents[2] / "models" / "rejected").glob("*.yaml"))
 RESOURCE = "twin"
@@ -79,11 +80,15 @@ def errors_of(text: str) -> list[tuple[str, str, str]]:
 TWINS = [path for path in REJECTED if data_of(path) is not None]
 
 
+def _is_large(path: Path) -> bool:
+    return path.stem == "too-many-instances_entries"
+
+
 def test_there_are_many_twins() -> None:
     assert len(TWINS) >= 30
 
 
-@pytest.mark.parametrize("path", TWINS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", slow_where(_is_large, TWINS), ids=lambda path: path.stem)
 def test_a_short_twin_has_the_same_errors_at_the_same_words(path: Path) -> None:
     long, lifted = twins(path)
     assert errors_of(lifted) == errors_of(long)

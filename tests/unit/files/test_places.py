@@ -107,7 +107,7 @@ def test_the_caret_stands_under_the_wrong_word(style: str, line_end: str) -> Non
         return f"{HEAD}  other: true\n  done: {written}\n  more: a == true\n".replace("\n", line_end)
 
     @given(texts())
-    @examples(40)
+    @examples(40, usual=3)
     def check(text: str) -> None:
         with pytest.raises(InputError) as raised:
             read_model(text, "model.yaml")

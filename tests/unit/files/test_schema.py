@@ -86,8 +86,11 @@ def data_of(text: str) -> Any:  # noqa: ANN401 - whatever YAML is about
     return yaml.load(text)
 
 
+MODEL_VALIDATOR, CASE_VALIDATOR = Draft202012Validator(model_schema()), Draft202012Validator(case_schema())
+
+
 def faults_of(text: str) -> list[str]:
-    return [fault.message for fault in Draft202012Validator(model_schema()).iter_errors(data_of(text))]
+    return [fault.message for fault in MODEL_VALIDATOR.iter_errors(data_of(text))]
 
 
 def test_the_schema_is_one() -> None:
@@ -193,7 +196,7 @@ WRONG_CASES: list[tuple[str, str, str]] = [
 
 
 def case_faults_of(text: str) -> list[str]:
-    return [fault.message for fault in Draft202012Validator(case_schema()).iter_errors(data_of(text))]
+    return [fault.message for fault in CASE_VALIDATOR.iter_errors(data_of(text))]
 
 
 def test_the_schema_of_cases_is_one() -> None:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 from scbm.files import read_model
+from scbm.files.codec import model_files
 from scbm.files.yaml import yaml_events
 from scbm.model import InputError, Slug
 
@@ -17,7 +18,7 @@ ROOT = Path(__file__).parents[3]
 TEXTS = [path.read_text() for path in sorted(ROOT.glob("tests/models/**/*.yaml")) if path.stat().st_size < 4_000]
 CHARACTERS = " \t\n\r:-?{}[],#&*!|>'\"%@`~\\ab0é\u0085\u2028\ufeff"
 PIECES = [*CHARACTERS, "---\n", "...\n", ": ", "- ", "<<: ", "!!str ", "|\n", "''"]
-FEW_NODES = 10_000
+FEW_NODES, FEW_ENTRIES = 10_000, 1_000
 UNUSUAL = ["a: b\t\n", "a:\n", "&b a: 1\n", "a: !b 1\n", "--- \na: 1\n", "%YAML 1.2\n---\na: 1\n", "\ufeffa: 1\n"]
 
 
@@ -63,14 +64,14 @@ def test_the_parsers_may_differ(text: str) -> None:
     ("text", "line"),
     [
         (f"behavior_model: cell\nvariables: [{'a, ' * FEW_NODES}]\n", 2),
-        ("behavior_model: cell\nvariables:\n" + "".join(f"  v{i}: {{}}\n" for i in range(10_001)), 10_003),
+        ("behavior_model: cell\nvariables:\n" + "".join(f"  v{i}: {{}}\n" for i in range(FEW_ENTRIES + 1)), 1_003),
     ],
 )
 def test_a_model_that_is_too_large_is_refused_by_its_size(
     text: str, line: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if line == 2:
-        monkeypatch.setattr(yaml_events, "MAX_NODES", FEW_NODES)  # as many as are allowed take seconds
+    limits = (yaml_events, "MAX_NODES", FEW_NODES) if line == 2 else (model_files, "_MAX_ENTRIES", FEW_ENTRIES)
+    monkeypatch.setattr(*limits)  # as many as are allowed take seconds
     with pytest.raises(InputError) as caught:
         read_model(text)
     assert [(each.slug, each.place.line) for each in caught.value.diagnostics] == [(Slug.YAML_TOO_LARGE, line)]

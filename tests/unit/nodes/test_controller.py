@@ -792,9 +792,9 @@ def test_what_could_not_be_reported_is_reported_again(monkeypatch: pytest.Monkey
 # searches that are cancelled
 
 
-DIGITS = "\n".join(f"  d{number}: {{domain: 0..9, initial: 0}}" for number in range(30))
+DIGITS = "\n".join(f"  d{number}: {{domain: 0..9, initial: 0}}" for number in range(12))
 COUNTS = "\n".join(
-    f"  count_{n}: {{pre: {{g: d{n} < 9, a: [d{n} += 1]}}, post: {{g: true, a: []}}}}" for n in range(30)
+    f"  count_{n}: {{pre: {{g: d{n} < 9, a: [d{n} += 1]}}, post: {{g: true, a: []}}}}" for n in range(12)
 )
 ENDLESS = read_model(
     f"""behavior_model: endless

@@ -23,6 +23,7 @@ from scbm.nodes.node_messages import (
     read_fraction,
     read_object,
 )
+from support.profiles import examples
 from support.strings import CHARACTERS
 from support.wording import Wording
 
@@ -56,6 +57,7 @@ def messages(kind: Any = None) -> st.SearchStrategy[Any]:  # noqa: ANN401 - a cl
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.kind)
 def test_messages_of_every_kind_come_back_as_they_were(kind: Any) -> None:  # noqa: ANN401 - a class of messages
     @given(messages(kind))
+    @examples(100, usual=5)
     def comes_back(message: Message) -> None:
         again = decode(encode(message))
         assert type(again) is type(message)

@@ -43,6 +43,7 @@ def _reader() -> Any:  # noqa: ANN401 - as below; building its grammar takes lon
     return import_module("unified_planning.io").PDDLReader()
 
 
+@cache
 def problem(domain: str, objects: str, init: str) -> Any:  # noqa: ANN401 - a class of a library without types
     head = "(define (domain d) (:requirements :typing :adl :durative-actions)"
     task = f"(define (problem p) (:domain d) (:objects {objects}) (:init {init}) (:goal (and)))"
