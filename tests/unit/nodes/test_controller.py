@@ -214,7 +214,7 @@ def test_what_is_meant_for_another_node_is_not_prepared() -> None:
     [
         {"case": "goal: scanned"},
         {"case": "case: x\ngoal: nothing_known"},
-        {"case": "{" * 10_000},
+        {"case": "{" * 1_500},
         {"options": {}},
         {"options": asdict(RunnerOptions()) | {"time_limit_ns": "long"}},
         {"options": asdict(RunnerOptions()) | {"plan_limit": -1}},
@@ -792,9 +792,9 @@ def test_what_could_not_be_reported_is_reported_again(monkeypatch: pytest.Monkey
 # searches that are cancelled
 
 
-DIGITS = "\n".join(f"  d{number}: {{domain: 0..9, initial: 0}}" for number in range(12))
+DIGITS = "\n".join(f"  d{number}: {{domain: 0..9, initial: 0}}" for number in range(20))
 COUNTS = "\n".join(
-    f"  count_{n}: {{pre: {{g: d{n} < 9, a: [d{n} += 1]}}, post: {{g: true, a: []}}}}" for n in range(12)
+    f"  count_{n}: {{pre: {{g: d{n} < 9, a: [d{n} += 1]}}, post: {{g: true, a: []}}}}" for n in range(20)
 )
 ENDLESS = read_model(
     f"""behavior_model: endless
@@ -802,7 +802,7 @@ variables:
 {DIGITS}
 operations:
 {COUNTS}
-goals: {{all: {" && ".join(f"d{n} == 9" for n in range(30))}, one: d0 == 1}}
+goals: {{all: {" && ".join(f"d{n} == 9" for n in range(20))}, one: d0 == 1}}
 """
 )
 """No search sees all of its states; to one of its goals it is one step."""

@@ -62,13 +62,13 @@ def test_a_campaign_ends_at_its_first_failure_whatever_the_size_of_batches(size:
 
 @pytest.mark.parametrize("size", slow_beyond(1, [7, 1, 100]))
 def test_a_campaign_is_dry_after_cases_in_a_row_that_visited_nothing_new(size: int) -> None:
-    work = CampaignWork(EXAMPLE, numbers=range(1, share(1_000, least=200) + 1), seed=1)
+    work = CampaignWork(EXAMPLE, numbers=range(1, share(1_000, usual=80) + 1), seed=1)
     all_cases = total(work, 100)
     news = [position for position, _ in all_cases.news]
-    ends = total(work, size, StopRule(dry=20))
-    expected = next(new + 20 for new, following in zip(news, [*news[1:], 10_000], strict=True) if following - new > 20)
+    ends = total(work, size, StopRule(dry=15))
+    expected = next(new + 15 for new, following in zip(news, [*news[1:], 10_000], strict=True) if following - new > 15)
     assert ends.last == expected
-    assert ends == total(work, 1, StopRule(dry=20))
+    assert ends == total(work, 1, StopRule(dry=15))
     assert total(work, size, StopRule(dry=1_000)) == all_cases
 
 
