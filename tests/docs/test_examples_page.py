@@ -17,7 +17,7 @@ PAGE = (ROOT / "docs" / "examples" / "index.md").read_text(encoding="utf-8")
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_an_example_has_the_figures_of_the_page(name: str) -> None:
-    row = re.search(rf"^\| `{name}` \|.*\| (\d+) \| (\d+) \| (\d+)[ ,]", PAGE, re.MULTILINE)
+    row = re.search(rf"^\| `{name}` \|.*\| (\d+) \| (\d+) \| (\d+)\b", PAGE, re.MULTILINE)
     assert row is not None
     path = ROOT / "examples" / EXAMPLES[name].model
     model = load_model(path)
