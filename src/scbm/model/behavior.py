@@ -207,11 +207,22 @@ class LiftedOrigin:
         section: the section of both: `operations`, `automatic_transitions` or `goals`.
         name: the name of the ground part, such as `move.r1.a.b`.
         lifted: the name of the lifted entry, such as `move`.
+        written: the lifted entry with its parameters, such as `move[r in robot, x in zone]`; empty if these are not
+            known.
     """
 
     section: str
     name: str
     lifted: str
+    written: str = field(default="", compare=False)
+
+    @property
+    def parameters(self) -> dict[str, str]:
+        """The parameter for each object of the instance; without objects that stand for several parameters."""
+        objects = self.name.removeprefix(f"{self.lifted}.").split(".")
+        listed = self.written.partition("[")[2].rstrip("]").split(",") if self.written else []
+        names = [each.split()[0] for each in listed]
+        return {each: name for each, name in zip(objects, names, strict=False) if objects.count(each) == 1}
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,6 +82,7 @@ class Resource:
         shared: whether another user can occupy it while no request of the controller to it is in flight.
         simulation: its simulated behavior.
         binding: how the real resource is reached; `None` if the model does not say.
+        lifted: the name of the entry with parameters that the resource is an instance of; `None` if there is none.
     """
 
     name: str
@@ -92,6 +93,7 @@ class Resource:
     publishes: tuple[str, ...] = ()
     values: tuple[tuple[str, tuple[Value, ...]], ...] = ()
     shared: bool = False
+    lifted: str | None = field(default=None, compare=False)
 
     def sends(self, variable: Variable) -> tuple[Value, ...]:
         """Return the values that the resource can send for a variable: those declared, or all of the domain."""

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scbm.cases import Case
-    from scbm.model import BehaviorModel, Operation, Resource, Value
+    from scbm.model import BehaviorModel, LiftedOrigin, Operation, Resource, Value
     from scbm.testing.verdicts import ExcuseRules, GoalRun, Outcomes
 
 
@@ -137,13 +137,13 @@ class NoOrphan(BuiltInRequirement):
         owner = None if begins is None else _operation_at(run, begins)
         if begins is None or owner is None or not _is_orphan(run, moment, resource):
             return None
-        missing = [f"{resource.trigger} <- false"]
-        if moment.busy.get(resource.request_state) in (RequestState.SUCCEEDED, RequestState.FAILED):
-            missing.append(f"{resource.request_state} <- initial")
         ended = _last_end(run.records[: moment.at], owner.name)
+        missing = [f"{ended.as_written(resource.trigger, resource, run.model)} <- false"]
+        if moment.busy.get(resource.request_state) in (RequestState.SUCCEEDED, RequestState.FAILED):
+            missing.append(f"{ended.as_written(resource.request_state, resource, run.model)} <- initial")
         reason = (
             f"{ended.words}, and {resource.trigger} is still true when {_moment_words(moment.record)}; "
-            f"add {_code(missing)} to {ended.transition}"
+            f"add {_code(missing)} to {ended.transition_in(run.model)}"
         )
         reads = (resource.trigger, resource.request_state)
         return run.violation(self.name, moment.at, reason, reads, begins)
@@ -176,9 +176,10 @@ class ReadyAgain(BuiltInRequirement):
                 continue  # the violation of `no_orphan` names this line, too
             if run.protocol.is_ready(resource, run.state_before(moment.at)):
                 continue
+            missing = f"{ended.as_written(resource.request_state, resource, run.model)} <- initial"
             reason = (
                 f"{ended.words}, and {resource.request_state} is still {value} when a plan is asked for, so nothing "
-                f"can use {resource.name} again; add `{resource.request_state} <- initial` to {ended.transition}"
+                f"can use {resource.name} again; add `{missing}` to {ended.transition_in(run.model)}"
             )
             return run.violation(self.name, moment.at, reason, (resource.request_state,), ended.at)
         return None
@@ -288,7 +289,8 @@ class BuiltInJudge:
         return tuple(found)
 
 
-_TO_CHANGE = re.compile(r"to (?:`(\w+)` of (\S+)|the automatic transition (\S+))\Z")
+_WRITTEN = ", an instance of "
+_TO_CHANGE = re.compile(rf"to (?:`(\w+)` of (\S+?)|the automatic transition (\S+?))(?:{_WRITTEN}`[^`]+`)?\Z")
 _SENT_BY = re.compile(r", sent by (\S+), is the only fault")
 
 
@@ -361,12 +363,33 @@ class _OperationEnd(NamedTuple):
         at: the index of the record.
         state: completed, failed or timedout; disabled if it never started.
         transition: the part of the model that ended it, as in "add an action to …".
+        path: the section and the name of its entry in the model.
     """
 
     operation: str
     at: int
     state: OperationState
     transition: str
+    path: tuple[str, str]
+
+    def transition_in(self, model: BehaviorModel) -> str:
+        """Return the part of the model that ended the operation, with the entry that it is an instance of."""
+        origin = self._origin(model)
+        written = origin.written if origin is not None else ""
+        return f"{self.transition}{_WRITTEN}`{written}`" if written else self.transition
+
+    def as_written(self, variable: str, resource: Resource, model: BehaviorModel) -> str:
+        """Return a variable of a resource as the part can use it: `arm_req_state.r` for `arm.r1_req_state`."""
+        if resource.lifted is None:
+            return variable
+        origin = self._origin(model)
+        parameters = origin.parameters if origin is not None else {}
+        objects = resource.name.removeprefix(f"{resource.lifted}.").split(".")
+        suffix = variable.removeprefix(resource.name)
+        return ".".join((f"{resource.lifted}{suffix}", *(parameters.get(each, each) for each in objects)))
+
+    def _origin(self, model: BehaviorModel) -> LiftedOrigin | None:
+        return next((each for each in model.origins if (each.section, each.name) == self.path), None)
 
     @property
     def words(self) -> str:
@@ -394,13 +417,16 @@ def _last_end(records: Sequence[Record], operation: str | None = None) -> _Opera
         record = records[index]
         if isinstance(record, AutomaticTaken) and record.failed is not None and operation in (None, record.failed):
             part = f"the automatic transition {record.transition}"
-            return _OperationEnd(record.failed, index, OperationState.FAILED, part)
+            path = ("automatic_transitions", record.transition)
+            return _OperationEnd(record.failed, index, OperationState.FAILED, part, path)
         if isinstance(record, OperationStepped) and operation in (None, record.operation) and record.target in _PARTS:
             part = f"`{_PARTS[record.target]}` of {record.operation}"
-            return _OperationEnd(record.operation, index, record.target, part)
+            return _OperationEnd(record.operation, index, record.target, part, ("operations", record.operation))
         if operation is None and isinstance(record, OperationStepped) and _was_given_up(record):
-            return _OperationEnd(record.operation, index, record.source, f"`pre` of {record.operation}")
-    return _OperationEnd(operation or NO_OPERATION, 0, OperationState.INITIAL, "the model")
+            part = f"`pre` of {record.operation}"
+            return _OperationEnd(record.operation, index, record.source, part, ("operations", record.operation))
+    name = operation or NO_OPERATION
+    return _OperationEnd(name, 0, OperationState.INITIAL, "the model", ("operations", name))
 
 
 def _was_given_up(record: OperationStepped) -> bool:

@@ -105,6 +105,56 @@ def test_a_request_that_outlives_its_operation_is_an_orphan(wording: Wording) ->
     _assert_small(done, BuiltIn.NO_ORPHAN, model)
 
 
+LIFTED = """\
+behavior_model: cells
+types: {box: [a, b]}
+variables:
+  seen[box]: {domain: bool, initial: false}
+resources:
+  scanner[box]: {}
+  lamp[box]: {}
+operations:
+  scan[s in box]:
+    deadline: 5 s
+    pre:
+      g: scanner_req_state.s == initial && scanner_req_trigger.s == false && seen.s == false
+      a: [scanner_req_trigger.s <- true, TRIGGER]
+    post:
+      gr: scanner_req_state.s == succeeded
+      g: true
+      a: [scanner_req_trigger.s <- false, scanner_req_state.s <- initial, seen.s <- true]
+automatic_transitions:
+  fail[s in box]: {g: scanner_req_state.s == failed && scan.s.state == executing, a: [current.state <- failed]}
+goals:
+  all: seen.a == true
+"""
+
+
+@pytest.mark.parametrize(
+    ("outcome", "path"),
+    [
+        (Outcome.TIMEOUT, ("operations", "scan.a", "timedout")),
+        (Outcome.FAIL, ("automatic_transitions", "fail.a")),
+    ],
+)
+def test_what_to_add_to_an_entry_with_parameters_has_its_parameters(
+    outcome: Outcome, path: tuple[str, ...], wording: Wording
+) -> None:
+    done = _execute(read_model(LIFTED.replace(", TRIGGER", "")), outcome)
+    violation = _violation(done, BuiltIn.NO_ORPHAN)
+    wording(violation)
+    assert part_to_change(str(violation)) == path
+    assert list(dict(violation.values)) == ["scanner.a_req_trigger", "scanner.a_req_state"]
+
+
+def test_what_to_add_names_an_object_that_the_entry_names(wording: Wording) -> None:
+    text = LIFTED.replace("TRIGGER", "lamp_req_trigger.b <- true").replace("scan.s.state == executing", "false")
+    done = _execute(read_model(text))
+    violation = _violation(done, BuiltIn.NO_ORPHAN)
+    wording(violation)
+    assert part_to_change(str(violation)) == ("operations", "scan.a", "post")
+
+
 def test_an_answered_request_that_nothing_clears_needs_two_lines(wording: Wording) -> None:
     done = _execute(scan_cell((", scan_req_state <- initial, scan_req_trigger <- false]", "]")), Outcome.FAIL)
     wording(_violation(done, BuiltIn.NO_ORPHAN))

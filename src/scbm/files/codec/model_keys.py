@@ -351,7 +351,7 @@ class ModelKeys(Keys):
             node = self.node.get(section)
             for name, entry in node.items.items() if node is not None else ():
                 if entry.origin is not None:
-                    yield LiftedOrigin(section, name, entry.origin)
+                    yield LiftedOrigin(section, name, entry.origin, entry.written)
 
     def _switched_off(self) -> Iterator[tuple[str, str]]:
         """Yield the built-in requirements that are switched off, with their reasons; note unknown ones."""

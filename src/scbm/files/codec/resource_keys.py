@@ -371,6 +371,7 @@ class ResourceKeys(Keys):
             publishes=publishes.names,
             values=tuple(sorted(values)),
             shared=self.shared,
+            lifted=self.node.origin,
         )
 
     def _refuse_different_values(

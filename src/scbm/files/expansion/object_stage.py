@@ -359,7 +359,8 @@ def _made(lifted: _LiftedEntry, choice: tuple[str, ...]) -> MappingEntry:
     if lifted.key is None:
         return lifted.written._replace(node=node)
     name = f"{lifted.key.base}{joined(choice)}"
-    return MappingEntry(name, lifted.written.place, replace(node, origin=lifted.key.base), lifted.written.end)
+    node = replace(node, origin=lifted.key.base, written=lifted.key.shown)
+    return MappingEntry(name, lifted.written.place, node, lifted.written.end)
 
 
 # names

@@ -69,6 +69,7 @@ class YamlNode:
             of the model could not be read.
         end: where in the text the node ends.
         origin: the name of the lifted entry that an expanded entry of a section comes from; `None` if there is none.
+        written: the lifted entry with its parameters, such as `move[r in robot]`; empty if there is none.
         user: where the model file uses the part that an entry of a section comes from; `None` for its own entries.
         flattens: whether the elements of a list of predicates are parts of one conjunction: `a && b` among them is no
             conjunction of its own. Only expanded guards do that.
@@ -88,6 +89,7 @@ class YamlNode:
     origin: str | None = None
     user: Place | None = None
     flattens: bool = False
+    written: str = ""
 
     @property
     def text(self) -> str | None:
@@ -131,6 +133,7 @@ class YamlNode:
             self.origin,
             self.user,
             self.flattens,
+            self.written,
         )
 
     def at(self, path: tuple[int | str, ...]) -> YamlNode:
