@@ -337,8 +337,8 @@ def test_an_unknown_name_is_located_and_nothing_is_written(scbm: Scbm, before: P
     assert before.read_text(encoding="utf-8") == text
 
 
-def test_where_nothing_is_suggested_nothing_can_be_written(scbm: Scbm, wording: Wording) -> None:
-    ran = scbm("close", AFTER, "--write", "all")
+def test_where_nothing_is_suggested_nothing_can_be_written(scbm: Scbm, cell: Path, wording: Wording) -> None:
+    ran = scbm("close", cell, "--write", "all")
     assert (ran.code, diagnostic_heads(ran.err)) == (2, ["--write:1:1: error[unknown-goal]"])
     wording(ran.err)
 

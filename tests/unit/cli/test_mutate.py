@@ -87,7 +87,7 @@ def test_each_mutant_has_its_place(scbm: Scbm, gate: Path) -> None:
 
 
 def test_worker_processes_change_nothing(scbm: Scbm, gate: Path) -> None:
-    arguments = ("mutate", gate, "--cases", 5, "--json")
+    arguments = ("mutate", gate, "--cases", 5, "--operators", "transitions", "--json")
     assert scbm(*arguments, "-j", 2).out == scbm(*arguments, "-j", 1).out
 
 

@@ -13,6 +13,7 @@ import pytest
 
 from scbm.reports.stored_cases import again
 from scbm.store import Replays, StoreWriter, read_history
+from support.profiles import slow_beyond
 from support.wording import Wording, diagnostic_heads
 
 BEFORE = "examples/robot_in_the_air/before.yaml"
@@ -317,19 +318,26 @@ def test_files_that_cannot_be_written_are_reported_all_at_once(scbm: Scbm, fille
     assert (ran.out, (tmp_path / "b.svg").exists()) == ("", False), "refused before the report is made"
 
 
-@pytest.mark.parametrize(
-    ("thresholds", "code"),
-    [
+THRESHOLDS = (
         (["46.5"], 0), (["46.52"], 1), (["executing=87.5"], 0), (["executing=87.6"], 1), (["automatic=50"], 0),
         (["40", "queued=90"], 1), (["all=46"], 0), (["disabled=0"], 0), (["46.5 %", "executing=87%"], 0),
         (["100"], 1), (["executing=100.0"], 1), ([" executing = 87 "], 0), ([" executing =88"], 1), ([" 46 "], 0),
-    ],
 )  # fmt: skip
+"""Thresholds for the store `filled`, and the exit code."""
+
+
+@pytest.mark.parametrize(("thresholds", "code"), THRESHOLDS)
 def test_thresholds_are_for_everything_or_for_a_kind(
     scbm: Scbm, filled: Path, thresholds: list[str], code: int
 ) -> None:
     options = [word for threshold in thresholds for word in ("--fail-under", threshold)]
     assert scbm("report", filled, *options).code == code
+
+
+@pytest.mark.parametrize("expected", slow_beyond(4, THRESHOLDS), ids=str)
+def test_thresholds_of_a_campaign_are_those_of_its_store(scbm: Scbm, expected: tuple[list[str], int]) -> None:
+    thresholds, code = expected
+    options = [word for threshold in thresholds for word in ("--fail-under", threshold)]
     assert scbm("test", BEFORE, "--cases", 20, "--seed", 1, *options).code == code
 
 

@@ -19,9 +19,10 @@ REPORTS = (
     ("test", BEFORE, "--cases", "3"),
     ("test", BEFORE, "--cases", "3", "--missing"),
     ("test", BEFORE, "--cases", "1", "--fail-under", "executing=100"),
-    ("close", BEFORE),
     ("close", GRIPPER),
-    ("explain", BEFORE, "robot_move_to_home"),
+    ("explain", GRIPPER, "grip/disabled"),
+    pytest.param(("close", BEFORE), marks=pytest.mark.slow),
+    pytest.param(("explain", BEFORE, "robot_move_to_home"), marks=pytest.mark.slow),
     pytest.param(("explain", BEFORE, "gripper_open/disabled"), marks=pytest.mark.slow),
     pytest.param(("mutate", LAMPS, "--cases", "2"), marks=pytest.mark.slow),
 )

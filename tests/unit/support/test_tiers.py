@@ -6,46 +6,43 @@ from pathlib import Path
 
 import pytest
 
-from support.tiers import TIERS, counts, sample, sample_summary, split, summary
+from support.tiers import counts, sample, sample_summary, split, summary
 from support.wording import Wording, read_sections, write_sections
 
-MARKED = """
-    import pytest
-    def test_plain(): pass
-    @pytest.mark.slow
-    def test_long(): pass
-    @pytest.mark.browser
-    def test_page(): pass
-    @pytest.mark.browser
-    def test_other_page(): pass
-"""
+
+def item(request: pytest.FixtureRequest, name: str, tier: str | None = None) -> pytest.Item:
+    """Return a test of this module with the mark of a tier, which no run collects."""
+
+    def test() -> None:
+        pass
+
+    marked = test if tier is None else getattr(pytest.mark, tier)(test)
+    return pytest.Function.from_parent(request.node.parent, name=name, callobj=marked)
 
 
 @pytest.fixture
-def items(pytester: pytest.Pytester) -> list[pytest.Item]:
-    pytester.makeini("[pytest]\nmarkers =\n" + "".join(f"    {tier}\n" for tier in TIERS))
-    return pytester.getitems(MARKED)
+def items(request: pytest.FixtureRequest) -> list[pytest.Item]:
+    pages = [item(request, name, "browser") for name in ("test_page", "test_other_page")]
+    return [item(request, "test_plain"), item(request, "test_long", "slow"), *pages]
 
 
 def test_tests_with_the_mark_of_a_tier_are_left_out(items: list[pytest.Item]) -> None:
     kept, left_out = split(items, [])
-    assert [item.name for item in kept] == ["test_plain"]
+    assert [each.name for each in kept] == ["test_plain"]
     assert counts(left_out) == {"slow": 1, "browser": 2}
 
 
 def test_a_test_that_is_named_runs_in_whatever_tier_it_is(items: list[pytest.Item]) -> None:
-    named = next(item.nodeid for item in items if item.name == "test_page")
+    named = next(each.nodeid for each in items if each.name == "test_page")
     kept, left_out = split(items, [named])
-    assert [item.name for item in kept] == ["test_plain", "test_page"]
+    assert [each.name for each in kept] == ["test_plain", "test_page"]
     assert counts(left_out) == {"slow": 1, "browser": 1}
 
 
-def test_a_sample_has_a_fixed_part_of_the_slow_tests_and_all_others(pytester: pytest.Pytester) -> None:
-    pytester.makeini("[pytest]\nmarkers =\n    slow\n")
-    lines = [f"    @pytest.mark.slow\n    def test_long_{number}(): pass" for number in range(30)]
-    items = pytester.getitems("\n".join(["    import pytest", "    def test_plain(): pass", *lines]))
+def test_a_sample_has_a_fixed_part_of_the_slow_tests_and_all_others(request: pytest.FixtureRequest) -> None:
+    items = [item(request, "test_plain"), *(item(request, f"test_long_{number}", "slow") for number in range(30))]
     kept, left_out = sample(items, 3)
-    assert "test_plain" in [item.name for item in kept]
+    assert "test_plain" in [each.name for each in kept]
     assert {*kept, *left_out} == {*items}
     assert 0 < len(kept) < len(items)
     assert [*map(str, sample(items[::-1], 3)[0])] == [*map(str, kept[::-1])]

@@ -99,7 +99,7 @@ def test_initial_states_are_those_that_the_model_allows() -> None:
     drawn: dict[object, None] = {}
 
     @given(initial_states(model))
-    @settings(max_examples=300, derandomize=True, database=None)
+    @settings(max_examples=100, derandomize=True, database=None)
     def draw(state: object) -> None:
         drawn[state] = None
 
