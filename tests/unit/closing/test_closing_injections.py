@@ -103,7 +103,7 @@ def test_what_is_left_of_a_predicate(predicate: str, left: str) -> None:
     assert str(residual(parse_predicate(predicate, Scope.of(model)), known, model.running_space)) == left
 
 
-@examples(200)
+@examples(200, usual=8)
 @given(running_models(), st.data())
 def test_what_is_left_says_the_same_where_the_known_values_are(model: BehaviorModel, data: st.DataObject) -> None:
     predicate = data.draw(predicates(list(model.space)))

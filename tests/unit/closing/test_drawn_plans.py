@@ -17,10 +17,13 @@ from scbm.proofcheck import check_certificate
 from scbm.testing import RandomCases, Tester
 from support.profiles import share, slow_beyond
 from support.random_models import random_model
+from support.shared_closings import shared_closing
 from support.two_robots import two_robots
 from support.wording import Wording
 
-_FEW = CloseLimits(situations=4_000, planning=20_000, candidates=20, beyond=2_000, random=100, changes=100)
+_FEW = CloseLimits(
+    situations=4_000, planning=20_000, candidates=20, beyond=2_000, random=share(100), changes=share(100)
+)
 """The limits for random models, some of which take minutes to close."""
 
 # It never is on a shortest way: the box would have to come back.
@@ -36,7 +39,7 @@ def _decisions(closing: Closing) -> dict[str, Decision]:
 
 def test_what_only_other_shortest_plans_visit_is_covered_by_cases_with_these_plans() -> None:
     model = two_robots()
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     decisions = _decisions(closing)
     for name in ("executing", "failed", "timedout", "completed", "queued"):
         assert decisions[f"pick_2/{name}"] is decisions[f"place_2/{name}"] is Decision.COVERED
@@ -50,18 +53,18 @@ def test_what_only_other_shortest_plans_visit_is_covered_by_cases_with_these_pla
 
 
 def test_under_canonical_plans_they_are_excluded_by_the_planner() -> None:
-    decisions = _decisions(Closer(two_robots("canonical")).close())
+    decisions = _decisions(shared_closing(two_robots("canonical")))
     assert decisions["pick_2/executing"] is Decision.EXCLUDED
 
 
 def test_another_shortest_plan_with_what_canonical_plans_exclude_is_suggested(wording: Wording) -> None:
     model = two_robots("canonical", more=DETOUR)
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     (found,) = (each for each in closing.suggestions if each.kind is SuggestionKind.PLANS)
     about = {str(obligation) for obligation in found.obligations}
     assert {"pick_2/executing", "place_2/queued"} <= about
     assert not any(name.startswith(("pick_1", "put_back")) for name in about)  # no shortest plan has `put_back`
-    drawn = _decisions(Closer(model_with_plans(PlanSet.SHORTEST, model)).close())
+    drawn = _decisions(shared_closing(model_with_plans(PlanSet.SHORTEST, model)))
     assert {drawn[name] for name in about} == {Decision.COVERED}
     wording(found.text)
 
@@ -89,10 +92,10 @@ goals:
 @pytest.mark.slow
 def test_what_only_forced_states_visit_is_not_promised_of_another_plan(wording: Wording) -> None:
     model = read_model(BLOCKED)
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     assert _decisions(closing)["go_right/disabled"] is Decision.EXCLUDED
     (found,) = (each for each in closing.suggestions if each.kind is SuggestionKind.PLANS)
-    drawn = _decisions(Closer(model_with_plans(PlanSet.SHORTEST, model)).close())
+    drawn = _decisions(shared_closing(model_with_plans(PlanSet.SHORTEST, model)))
     assert {drawn[str(each)] for each in found.obligations} == {Decision.COVERED}
     assert {str(each): drawn[str(each)] for each in found.by_force} == {"go_right/disabled": Decision.FORCED}
     wording(found.text)
@@ -100,14 +103,14 @@ def test_what_only_forced_states_visit_is_not_promised_of_another_plan(wording: 
 
 def test_no_other_plan_is_suggested_where_plans_are_drawn_or_all_shortest_ones_are_canonical() -> None:
     for model in (two_robots(more=DETOUR), two_robots("canonical", goals="  held: box == held_1\n")):
-        suggestions = Closer(model).close().suggestions
+        suggestions = shared_closing(model).suggestions
         assert suggestions
         assert SuggestionKind.PLANS not in [each.kind for each in suggestions]
 
 
 def test_what_no_shortest_plan_visits_is_excluded_with_that_set_of_plans(wording: Wording) -> None:
     model = two_robots(more=DETOUR)
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     decisions = _decisions(closing)
     assert decisions["put_back/executing"] is Decision.EXCLUDED
     assert decisions["pick_2/executing"] is Decision.COVERED
@@ -125,9 +128,9 @@ def test_a_certificate_about_shortest_plans_holds_for_canonical_ones_and_not_the
 ) -> None:
     drawn = two_robots(more=DETOUR)
     canonical = model_with_plans(PlanSet.CANONICAL, drawn)
-    about_shortest = dict(Closer(drawn).close().certificates)["runs-shortest"]
+    about_shortest = dict(shared_closing(drawn).certificates)["runs-shortest"]
     assert check_certificate(about_shortest, canonical) == ()
-    about_canonical = dict(Closer(canonical).close().certificates)["runs-canonical"]
+    about_canonical = dict(shared_closing(canonical).certificates)["runs-canonical"]
     assert check_certificate(about_canonical, canonical) == ()
     (flaw,) = check_certificate(about_canonical, drawn)
     assert flaw.where == "the plans"
@@ -136,7 +139,7 @@ def test_a_certificate_about_shortest_plans_holds_for_canonical_ones_and_not_the
 
 def test_the_order_of_operations_in_the_file_does_not_decide_what_is_covered() -> None:
     model = two_robots()
-    decisions = _decisions(Closer(replace(model, operations=model.operations[::-1])).close())
+    decisions = _decisions(shared_closing(replace(model, operations=model.operations[::-1])))
     assert decisions["pick_1/executing"] is decisions["pick_2/executing"] is Decision.COVERED
 
 

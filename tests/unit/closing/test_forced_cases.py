@@ -16,6 +16,7 @@ from scbm.closing.decisions import consequences_of_force, failed_cases
 from scbm.closing.scripts.closing_injections import MAX_INJECTIONS
 from scbm.files import read_case, read_model
 from scbm.testing import Campaign, Tester
+from support.shared_closings import shared_closing
 from support.wording import Wording
 
 CELL = """
@@ -52,7 +53,7 @@ NEVER = "requirements:\n  enabled: never work.state == disabled\n"
 
 
 def close(text: str) -> Closing:
-    return Closer(read_model(text)).close()
+    return shared_closing(read_model(text))
 
 
 def decisions(closing: Closing) -> dict[str, Decision]:

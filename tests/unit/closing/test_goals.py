@@ -115,7 +115,7 @@ def test_the_name_of_a_goal_is_new() -> None:
 
 
 @given(planning_models())
-@examples(150)
+@examples(150, usual=8)
 def test_the_plan_to_every_goal_that_is_found_has_the_operation(model: BehaviorModel) -> None:
     search = _search(model)
     for operation in model.operations:

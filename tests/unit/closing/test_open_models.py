@@ -15,6 +15,7 @@ from scbm.model import BehaviorModel, Outcome
 from scbm.proofcheck import check_certificate
 from scbm.testing import RandomCases, Tester
 from support.enumeration import enumerate_runs
+from support.shared_closings import shared_closing
 from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -75,7 +76,7 @@ SHARED = ("{measures: [item]}", "{measures: [item], shared: true}")
     ids=range(7),
 )
 def test_what_can_happen_outside_decides(model: BehaviorModel, obligation: str, *, is_possible: bool) -> None:
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     claimed = [claim for _, certificate in closing.certificates for claim in certificate.claims]
     assert enumerate_runs(model, is_open=True).visits(obligation) is is_possible
     assert not (is_possible and obligation in claimed)
@@ -89,7 +90,7 @@ def test_the_checker_refuses_a_proof_that_needs_values_which_are_never_sent() ->
     narrow, wide = cell(NARROW), cell()
     certificates = [
         certificate
-        for _, certificate in Closer(narrow).close().certificates
+        for _, certificate in shared_closing(narrow).certificates
         if any(claim == "automatic/tube_seen" for claim in certificate.claims)
     ]
     assert certificates
@@ -99,7 +100,7 @@ def test_the_checker_refuses_a_proof_that_needs_values_which_are_never_sent() ->
 
 def test_assumptions_name_transitions_shared_resources_and_values_that_never_come(wording: Wording) -> None:
     model = cell(("{measures: [item]}", "{measures: {item: [none, box]}, shared: true}"), environment=NEVER)
-    certificates = [certificate for _, certificate in Closer(model).close().certificates]
+    certificates = [certificate for _, certificate in shared_closing(model).certificates]
     found = "\n".join(assumed_by(certificates, model))
     wording(found)
     assert "Inputs change" not in found
@@ -118,7 +119,7 @@ def test_the_shared_example_differs_in_nothing_else() -> None:
 @pytest.mark.slow
 def test_in_the_example_another_user_of_the_gripper_makes_the_robot_unmount_it() -> None:
     model = load_model(EXAMPLE / "shared.yaml")
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     claimed = {claim for _, certificate in closing.certificates for claim in certificate.claims}
     assert {name.partition("/")[0] for name in claimed} == {"robot_move_to_home"}
     assert closing.after.figure.visited == 81
@@ -170,7 +171,7 @@ STAND_IN = "  step_back: {g: curtain == broken && current.state == disabled, a: 
 @pytest.mark.parametrize("stand_in", ["", STAND_IN], ids=["alone", "with a transition that clears the curtain"])
 def test_what_a_safety_controller_sends_unasked_is_covered_and_not_proved_away(stand_in: str) -> None:
     model = read_model(SAFETY_CELL.replace("@STAND_IN@", stand_in))
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     assert {each.decision for each in closing.decided} == {Decision.COVERED}
     assert closing.after.figure.percent == 100
     assert [made.case.name for made in closing.cases if not made.execution.verdict.passed] == []
@@ -199,7 +200,7 @@ goals: {there: there == true}
 
 def test_a_written_case_keeps_what_a_failed_reply_measures() -> None:
     model = read_model(CAUSES)
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     bit = closing.after.obligations.bit(
         next(d.obligation for d in closing.decided if str(d.obligation).endswith("blocked"))
     )
@@ -234,7 +235,7 @@ goals: {x: x == true}
 @pytest.mark.slow
 def test_changes_after_all_goals_have_ended_are_no_fault() -> None:
     model = read_model(LATE)
-    wanted = [each for each in Closer(model).close().after.obligations if str(each) == "automatic/d"]
+    wanted = [each for each in shared_closing(model).after.obligations if str(each) == "automatic/d"]
     (decided,) = Closer(model).close(wanted=wanted).decided
     assert decided.decision in (Decision.COVERED, Decision.FORCED)
 
@@ -266,7 +267,7 @@ goals: {b: at == b}
 
 def test_a_stop_comes_in_mid_motion_though_another_case_takes_it_at_rest() -> None:
     model = read_model(STOP)
-    closing = Closer(model).close()
+    closing = shared_closing(model)
     bit = closing.after.obligations.bit_of("stop", Aspect.TAKEN)
     made = next(each for each in closing.cases if each.execution.visited & bit)
     taken = [record.kind for record in made.execution.trace.records if record.kind in {"request_sent", "automatic"}]

@@ -104,7 +104,7 @@ class _InterruptedProgress:
 
 def _interrupted(beginning: str, model: BehaviorModel | None = None) -> Closing:
     """Return the closing of the example without a graph, or of a smaller model with the usual limits."""
-    limits = NO_GRAPH if model is None else CloseLimits()
+    limits = replace(NO_GRAPH, random=20, changes=20) if model is None else CloseLimits()
     return Closer(model or example(), limits, _InterruptedProgress(beginning)).close()
 
 
@@ -195,7 +195,7 @@ def test_a_search_beyond_the_graph_names_its_obligation() -> None:
 
 
 def test_runs_of_another_planner_give_cases_and_only_proofs_about_any_plans(wording: Wording) -> None:
-    closing = shared_closing(example("greedy"))
+    closing = shared_closing(replace(two_robots("canonical"), planner=PlannerChoice("greedy")))
     assert counts(closing)[Decision.COVERED] > 0
     assert {certificate.plans for _, certificate in closing.certificates} <= {PlanSet.ANY}
     undecided = [decided for decided in closing.decided if decided.decision is Decision.UNDECIDED]

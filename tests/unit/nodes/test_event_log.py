@@ -71,7 +71,7 @@ def test_a_log_of_whatever_a_case_says_is_its_run(data: st.DataObject) -> None:
     _check_whole(log, records, model)
 
 
-@pytest.mark.parametrize("number", slow_beyond(share(40), range(1, 41)))
+@pytest.mark.parametrize("number", slow_beyond(share(40, usual=3), range(1, 41)))
 def test_a_log_of_a_random_model_on_a_bad_network_is_its_run(number: int) -> None:
     model = random_model(number)
     for case in RandomCases(model, network=None).first(4, seed=number):

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import cache
 
 import pytest
 from published import GOAL, PROBLEMS, flags, gripper
@@ -44,6 +45,7 @@ from scbm.planning import (
 )
 from scbm.planning.plan_answers import always
 from scbm.planning.plan_search import MAX_PLAIN, SEARCHES, breadth_first, brief_answer, search_plan
+from scbm.planning.planning_task import Problem
 from scbm.planning.searches import array_search, array_states
 
 FROM_BOTH_ENDS = "arrays from both ends"
@@ -301,20 +303,22 @@ def test_plans_are_the_same_under_every_hash_seed() -> None:
 # the first part of the search
 
 
+@cache
+def published(name: str) -> tuple[Problem, int]:
+    """Return a published problem, and its initial state."""
+    model = PROBLEMS[name]()
+    problem = Planner(model).problem(dict(model.goals)[GOAL])
+    return problem, problem.task.pack(model.nominal_state)
+
+
 @pytest.mark.parametrize("name", ["gripper-6", "blocks-6-0", "blocks-8-0", "flags_all_16", "independent-10x10"])
 @pytest.mark.parametrize("limits", [PlanLimits(), PlanLimits(5), PlanLimits(expansions=300), PlanLimits(50, 20_000)])
 def test_a_brief_search_has_the_answer_of_the_whole_one_or_none(name: str, limits: PlanLimits) -> None:
-    model = PROBLEMS[name]()
-    problem = Planner(model).problem(dict(model.goals)[GOAL])
-    start = problem.task.pack(model.nominal_state)
+    problem, start = published(name)
     brief = brief_answer(problem, start, limits)
     assert brief is None or brief == search_plan(problem, start, limits)
 
 
 def test_a_brief_search_leaves_long_ones_unanswered() -> None:
-    answers = []
-    for name in ("blocks-6-0", "blocks-8-0"):
-        model = PROBLEMS[name]()
-        problem = Planner(model).problem(dict(model.goals)[GOAL])
-        answers.append(brief_answer(problem, problem.task.pack(model.nominal_state), PlanLimits()))
+    answers = [brief_answer(*published(name), PlanLimits()) for name in ("blocks-6-0", "blocks-8-0")]
     assert [answer is None for answer in answers] == [False, True]

@@ -7,6 +7,7 @@ from published import GOAL, PROBLEMS
 
 from scbm.files import read_model, write_model
 from scbm.planning import Planner, Solved
+from support.profiles import slow_where
 
 OPERATIONS = {
     "blocks-6-0": 72,
@@ -44,7 +45,10 @@ def test_the_shortest_plan_has_the_published_length(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [name for name in PROBLEMS if name in SHORTEST or name in {"rovers-05", "factory-157"}]
+    "name",
+    slow_where(
+        lambda name: name == "rovers-05", [name for name in PROBLEMS if name in {*SHORTEST, "rovers-05", "factory-157"}]
+    ),
 )
 def test_a_problem_can_be_written_and_read(name: str) -> None:
     model = PROBLEMS[name]()

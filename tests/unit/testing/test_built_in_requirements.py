@@ -497,7 +497,7 @@ def test_the_examples_violate_nothing_however_their_resources_fail(path: Path) -
     model = replace(model, resources=tuple(resources))
     tester = Tester(model)
     cases = RandomCases(model)
-    for number in range(1, share(100) + 1):
+    for number in range(1, share(100, usual=5) + 1):
         found = [v for v in tester.execute(cases.case(7, number)).violations if v.is_built_in]
         assert not found, f"case {number}: {found[0]}"
 
@@ -508,7 +508,7 @@ def test_the_models_of_the_study_violate_nothing(path: Path) -> None:
     if not model.resources:
         pytest.skip("it sends no requests")
     tester, cases = Tester(model), RandomCases(model)
-    for number in range(1, share(100) + 1):
+    for number in range(1, share(100, usual=4) + 1):
         found = [v for v in tester.execute(cases.case(7, number)).violations if v.is_built_in]
         assert not found, f"case {number}: {found[0]}"
 

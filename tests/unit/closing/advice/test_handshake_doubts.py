@@ -109,8 +109,8 @@ def _found(model: BehaviorModel) -> list[tuple[Slug, tuple[str | int, ...]]]:
     [
         ("scanner", "scanner_scan_item_a"),
         ("gantry", "gantry_move_to_box_a"),
-        ("gantry", "gantry_move_to_agv"),
-        ("robot", "robot_move_to_home"),
+        pytest.param("gantry", "gantry_move_to_agv", marks=pytest.mark.slow),
+        pytest.param("robot", "robot_move_to_home", marks=pytest.mark.slow),
         ("robot", "place_item_a"),
     ],
     ids=["alone", "first_of_two", "second_of_two", "first_of_eleven", "last_of_eleven"],

@@ -8,6 +8,7 @@ import pytest
 
 from scbm.cases import Case, OutcomeRule
 from scbm.closing.advice.model_check import check_model
+from scbm.closing.advice.request_doubts import doubts_about_requests
 from scbm.files import load_model
 from scbm.model import BehaviorModel, Outcome, Slug
 from scbm.running import RunnerOptions
@@ -85,4 +86,4 @@ def test_a_model_that_switches_no_orphan_off_has_no_doubts() -> None:
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_models_that_clean_up_raise_no_doubt(path: Path) -> None:
-    assert not _doubts(load_model(path))
+    assert not list(doubts_about_requests(load_model(path)))

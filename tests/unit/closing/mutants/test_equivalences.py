@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
+from typing import TypeAlias
 
 import pytest
 
@@ -16,6 +19,8 @@ from scbm.model.predicates import FALSE
 from scbm.testing import Tester
 from support.two_robots import two_robots
 from support.wording import Wording
+
+WitnessOf: TypeAlias = Callable[[str, str], tuple[BehaviorModel, DifferentMutant]]
 
 WANDER = """  wander:
     pre: {g: robot_at == box && scanned == true}
@@ -73,6 +78,18 @@ def witness(decision: MutantDecision) -> DifferentMutant:
     return decision
 
 
+@pytest.fixture(scope="module")
+def witness_of(cell: Equivalences) -> WitnessOf:
+    """Return a function that returns a changed cell and its witness, and decides each change once."""
+
+    @cache
+    def decided(before: str, after: str) -> tuple[BehaviorModel, DifferentMutant]:
+        mutant = changed(before, after)
+        return mutant, witness(cell.decide(mutant))
+
+    return decided
+
+
 EQUIVALENT = [
     # The request is at rest wherever a plan is needed or the operation is tried.
     ("robot_at == home && robot_req_state == initial", "robot_at == home"),
@@ -111,9 +128,10 @@ DIFFERENT = [
 
 
 @pytest.mark.parametrize(("before", "after"), DIFFERENT)
-def test_another_change_has_a_witness_that_can_be_saved(cell: Equivalences, before: str, after: str) -> None:
-    mutant = changed(before, after)
-    found = witness(cell.decide(mutant))
+def test_another_change_has_a_witness_that_can_be_saved(
+    cell: Equivalences, witness_of: WitnessOf, before: str, after: str
+) -> None:
+    mutant, found = witness_of(before, after)
     text = write_case(found.case, cell.model, "cell.yaml")
     on_original = Tester(cell.model).execute(read_case(text, cell.model, "witness.yaml"))
     on_mutant = Tester(mutant).execute(read_case(text, mutant, "witness.yaml"))
@@ -135,9 +153,10 @@ def test_a_reply_between_two_deadlines_shows_which_one_it_is(cell: Equivalences,
 
 
 @pytest.mark.parametrize(("before", "after"), DIFFERENT)
-def test_a_witness_that_kills_fails_once_its_result_is_recorded(cell: Equivalences, before: str, after: str) -> None:
-    mutant = changed(before, after)
-    found = witness(cell.decide(mutant))
+def test_a_witness_that_kills_fails_once_its_result_is_recorded(
+    cell: Equivalences, witness_of: WitnessOf, before: str, after: str
+) -> None:
+    mutant, found = witness_of(before, after)
     recorded = found.recorded("noticed")
     assert Tester(cell.model).execute(recorded).verdict.passed
     on_mutant = read_case(write_case(recorded, cell.model, None), mutant)
