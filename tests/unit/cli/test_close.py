@@ -78,6 +78,7 @@ def test_close_as_json(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     assert (report["out"], report["failed"], report["written"]) == (None, [], [])
 
 
+@pytest.mark.slow
 def test_a_suite_is_begun_with(scbm: Scbm, wording: Wording) -> None:
     report = _json(scbm("close", AFTER, "--suite", CASES, "--cases", 2, "--seed", 3, "--json"))
     assert report["before"]["visited"] == report["after"]["visited"] == 86

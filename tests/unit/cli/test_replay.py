@@ -47,7 +47,7 @@ def _save(log: EventLog, path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("number", range(1, 1 + share(8, least=2)))
+@pytest.mark.parametrize("number", range(1, 1 + share(8, least=1)))
 def test_a_log_shows_what_its_case_shows_in_simulation(scbm: Scbm, tmp_path: Path, number: int) -> None:
     log = _log(number)
     path = _save(log, tmp_path / "run.jsonl")

@@ -95,7 +95,11 @@ UNUSED = {
             ("check", BEFORE),
             {*UNUSED, "scbm.files.codec.case_keys", "scbm.testing.tester", "scbm.proofcheck.runs_check"},
         ),
-        (("test", BEFORE, "--cases", "2"), {*UNUSED, "scbm.closing.closer", "scbm.proofcheck.runs_check"}),
+        pytest.param(
+            ("test", BEFORE, "--cases", "2"),
+            {*UNUSED, "scbm.closing.closer", "scbm.proofcheck.runs_check"},
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             ("close", BEFORE),
             {

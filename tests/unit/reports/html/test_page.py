@@ -201,7 +201,7 @@ def test_each_case_has_its_command() -> None:
     assert "case: second_scan_succeeds" in details["texts"]["0"]
 
 
-def test_nothing_that_is_reported_is_taken_for_html(before: History) -> None:
+def test_nothing_that_is_reported_is_taken_for_html(before: History, page: Page) -> None:
     failure = Failure(FailureKind.REQUIREMENT, NASTY, f"message {NASTY}")
     case = replace(before.cases[0], name=NASTY, goal=NASTY, verdict=Verdict(End.ABORTED, (failure,)))
     run = replace(before.runs[0], command=f"scbm test {NASTY}", source=replace(before.source, path=NASTY))
@@ -209,16 +209,15 @@ def test_nothing_that_is_reported_is_taken_for_html(before: History) -> None:
     nasty = replace(
         before, runs=(replace(run, source=replace(run.source, text=text)),), cases=(case, *before.cases[1:])
     )
-    page = Page(html_report(nasty, no_run))
-    plain = report(before)
-    assert len(page.scripts) == len(plain.scripts)
-    assert [tag for tag, _ in page.elements if tag == "script"] == [tag for tag, _ in plain.elements if tag == "script"]
-    assert page.json("columns")["label"][0] == NASTY
-    assert page.json("columns")["failures"]["0"] == [["requirement", NASTY, f"message {NASTY}", 0]]
-    assert f"scbm test {NASTY}" in page.text
-    assert f"message {NASTY}" in page.text
-    assert f"# {COMMENT}" in page.text
-    assert not any("alert" in script and "\\u003c" not in script for script in page.scripts)
+    found = Page(html_report(nasty, no_run))
+    assert len(found.scripts) == len(page.scripts)
+    assert [tag for tag, _ in found.elements if tag == "script"] == [tag for tag, _ in page.elements if tag == "script"]
+    assert found.json("columns")["label"][0] == NASTY
+    assert found.json("columns")["failures"]["0"] == [["requirement", NASTY, f"message {NASTY}", 0]]
+    assert f"scbm test {NASTY}" in found.text
+    assert f"message {NASTY}" in found.text
+    assert f"# {COMMENT}" in found.text
+    assert not any("alert" in script and "\\u003c" not in script for script in found.scripts)
 
 
 def test_data_cannot_end_their_element(before: History) -> None:
