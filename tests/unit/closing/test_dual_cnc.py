@@ -15,7 +15,7 @@ from scbm.cases.trace import End, PlanReceived
 from scbm.files import load_model, open_case
 from scbm.model import BehaviorModel, Outcome
 from scbm.testing import Execution, RandomCases, Tester
-from support.profiles import share
+from support.profiles import share, slow_where
 
 if TYPE_CHECKING:
     from conftest import Ran
@@ -42,7 +42,9 @@ def run_case(model: BehaviorModel, path: Path) -> Execution:
     return Tester(model).execute(open_case(path).read(model))
 
 
-@pytest.mark.parametrize("file", [CELL, BEFORE, LIFTED], ids=lambda file: file.stem)
+@pytest.mark.parametrize(
+    "file", slow_where(lambda file: file == BEFORE, [CELL, BEFORE, LIFTED]), ids=lambda file: file.stem
+)
 def test_the_model_has_no_warnings(file: Path, scbm: Scbm) -> None:
     ran = scbm("check", "--strict", file)
     assert (ran.code, ran.out.splitlines()[0]) == (0, f"{file}: good")
@@ -154,6 +156,7 @@ def test_the_lifted_cell_says_the_same_in_at_most_130_lines(cell: BehaviorModel,
         assert Tester(lifted).execute(case).verdict.failures == (), case.name
 
 
+@pytest.mark.slow
 def test_a_third_machine_needs_one_name_more(scbm: Scbm, tmp_path: Path) -> None:
     text = LIFTED.read_text(encoding="utf-8")
     assert "{machine: [m1, m2]}" in text
