@@ -176,8 +176,8 @@ def test_a_guard_that_is_too_much_to_search_counts_as_one_that_can_hold() -> Non
     model = read_model("""
 behavior_model: large
 variables:
-  left: {domain: 0..1000, initial: 0, random: any}
-  right: {domain: 0..1000, initial: 0, random: any}
+  left: {domain: 0..4000, initial: 0, random: any}
+  right: {domain: 0..4000, initial: 0, random: any}
   lamp: {domain: bool, initial: false}
 operations:
   wait: {pre: {g: true}, post: {g: true}}
