@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from scbm.files import load_model
+from scbm.files.yaml.document import MAX_USED_NODES
 from scbm.model import Diagnostic, InputError, Place
 from support.wording import Wording
 
@@ -197,6 +198,14 @@ environment:
   e: {guard: a == true, actions: *light}
 """
     assert uses(found_in(tmp_path, cell=text)) == [("not-assignable", "cell:5 cell:7")]
+
+
+def test_errors_beyond_many_aliases_name_the_anchor_alone(tmp_path: Path) -> None:
+    wrong = ANCHORED.replace("  c:", "  # c:")
+    for more, expected in ((0, "cell:4 cell:5"), (MAX_USED_NODES, "cell:4")):
+        text = wrong.replace("  a:", f"  m: {{domain: [1, &n 2{', *n' * more}], initial: 1}}\n  a:")
+        found = found_in(tmp_path, cell=text)
+        assert ("value-outside-domain", expected) in uses(found)
 
 
 def test_an_alias_in_a_part_names_its_line_and_the_use_of_the_part(tmp_path: Path, wording: Wording) -> None:

@@ -34,6 +34,10 @@ if TYPE_CHECKING:
 
 MAX_DEPTH = 30
 
+MAX_USED_NODES = 5_000
+"""Nodes below aliases whose errors name the alias. A file with more of them would take seconds to copy: its further
+errors name only the text at the anchor."""
+
 Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"
 
 _NULL = re.compile(r"|~|null|Null|NULL")
@@ -168,6 +172,7 @@ class _Reader:
         self._events = events_of(source)
         self._anchors: dict[str, YamlNode | None] = {}
         self._count = 0
+        self._used = 0  # nodes below aliases
         self._end = 0  # of what was read last: a block ends with its last child, not before the next key
 
     def document(self) -> YamlNode | None:
@@ -281,7 +286,8 @@ class _Reader:
         place = self._source.stretch(begin, event.end_mark.index)
         if node is not None:
             self._add_to_count(node.size, begin)
-            return node.used_at(place)
+            self._used += node.size
+            return node.used_at(place) if self._used <= MAX_USED_NODES else node
         if event.anchor in self._anchors:
             self._report.add(Slug.YAML_SYNTAX, f"`*{event.anchor}` is inside its own anchor", place)
         else:
