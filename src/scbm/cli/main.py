@@ -57,12 +57,13 @@ VERBS: dict[str, str] = {
 ASCII_FORMS = {
     "●": "*", "○": "o", "█": "#", "▓": "+", "░": ".", "■": "=", "⚡": "!", "✗": "x", "✓": "v",
     "│": "|", "┆": ":", "┌": "+", "└": "+", "┘": "+", "─": "-", "→": "->", "←": "<-", "…": "...",
-    "≥": ">=", "≤": "<=", "≠": "!=", "∧": "&&", "\N{LOGICAL OR}": "||", "¬": "!", "µ": "u", "—": "-",
-    "\N{MULTIPLICATION SIGN}": "x", "⊘": "/", "▒": ":", "·": ".", "±": "+/-",
+    "≥": ">=", "≤": "<=", "≠": "!=", "∧": "&&", "\u2228": "||", "¬": "!", "µ": "u", "—": "-",
+    "\u00d7": "x", "⊘": "/", "▒": ":", "·": ".", "±": "+/-",
 }  # fmt: skip
 """ASCII forms of the marks of reports, for outputs whose encoding lacks them, such as a redirected console.
 
-Marks of one legend have different forms, and no mark has `?`, which stands for characters without a form.
+Marks of one legend have different forms, and no mark has `?`, which stands for characters without a form. No escape has
+the name of its character: to compile such a name imports a module, and Ctrl-C during that is a `SyntaxError`.
 """
 
 _ASCII_HANDLER = "scbm-ascii-forms"
@@ -120,7 +121,8 @@ def _run(arguments: list[str], begin: Callable[[], None]) -> int:
     try:
         return _flushed(_done(arguments, begin))
     except OSError as error:
-        sys.stderr.write(f"scbm: cannot write the output: {(error.strerror or str(error)).lower()}\n")
+        what = "cannot write the output" if error.filename is None else f"cannot use {error.filename}"
+        sys.stderr.write(f"scbm: {what}: {(error.strerror or str(error)).lower()}\n")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return WRONG_INPUT
     except Exception as error:  # noqa: BLE001 - the last handler: it separates defects of scbm from interruptions

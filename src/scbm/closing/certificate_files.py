@@ -209,7 +209,7 @@ def _read(path: Path) -> str:
     """Return the text of a file, or the first bytes of a file that holds no JSON object."""
     with suppress(OSError, ValueError), open_input(path) as stream:  # `read_file` reports these errors
         start = stream.read(_FIRST_BYTES).decode("utf-8", errors="replace")
-        is_object = start.removeprefix("\N{BYTE ORDER MARK}").lstrip().startswith("{")
+        is_object = start.removeprefix("\ufeff").lstrip().startswith("{")
         if not is_object and os.fstat(stream.fileno()).st_size <= MAX_BYTES:
             return start
     return read_file(path, MAX_BYTES)

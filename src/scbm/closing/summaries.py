@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import InstanceFolds, Obligation
 
 _ALL_STATES = "every state"
-_TIMES = "\N{MULTIPLICATION SIGN}"
+_TIMES = "\u00d7"
 
 
 def in_few_words(obligations: Iterable[Obligation], folds: InstanceFolds | None = None) -> tuple[str, ...]:

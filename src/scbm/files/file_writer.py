@@ -193,6 +193,8 @@ def _file_problems(path: Path) -> Iterator[tuple[str, str]]:
     parent = Path(realpath(path)).parent  # of the file that a symbolic link leads to
     if path.is_dir():
         yield f"{path} is a directory", "name a file in it"
+    elif not path.parent.is_dir():  # `missing/../file` is no file, whatever its resolved path is
+        yield f"there is no directory `{path.parent}`", "name another, or make it"
     elif path.exists() and not os.access(path, os.W_OK):
         yield f"cannot write {path}: permission denied", "name another file"
     elif path.exists() and not path.is_file():
@@ -200,7 +202,7 @@ def _file_problems(path: Path) -> Iterator[tuple[str, str]]:
     elif path.exists() and _is_database(path):
         yield f"{path} is a database, such as a coverage store", "write to another file"
     elif not parent.is_dir():
-        yield f"there is no directory `{path.parent}`", "name another, or make it"
+        yield f"there is no directory `{parent}`", "name another, or make it"
     elif not os.access(parent, os.W_OK):
         yield f"cannot write into {path.parent}: permission denied", "name another directory"
 
@@ -225,6 +227,8 @@ def replace_file(path: Path, content: bytes) -> None:
     The content goes to a temporary file beside it and reaches the disk there before it takes its place. An existing
     file keeps its permissions, a symbolic link stays one. A pipe or a terminal takes the content as it comes.
     """
+    if not path.parent.is_dir():  # resolved, `missing/../file` would be another file
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     target = Path(realpath(path))
     if lexists(target) and not target.is_file():
         target.write_bytes(content)
@@ -301,8 +305,9 @@ def _reason(error: OSError) -> str:
 
 def _identity(path: Path) -> object:
     """Return the identity of a file under all its names: device and inode, or the resolved path of a new file."""
-    try:
-        status = path.stat()
-    except (OSError, ValueError):
-        return realpath(path)
-    return status.st_dev, status.st_ino
+    resolved = realpath(path)
+    for spelling in (path, Path(resolved)):  # `missing/../file` is no path yet, and is one once a directory is made
+        with suppress(OSError, ValueError):
+            status = spelling.stat()
+            return status.st_dev, status.st_ino
+    return resolved

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scbm.files.yaml.yaml_layout import YamlPiece
     from scbm.model import BehaviorModel
 
-_MARK = "\N{BYTE ORDER MARK}"
+_MARK = "\ufeff"
 _KEY = "recorded"
 
 

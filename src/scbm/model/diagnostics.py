@@ -100,7 +100,7 @@ def _excerpt(source_line: str, place: Place) -> list[str]:
     # The caret line repeats tabs, so that both lines are indented alike on every terminal.
     indent = "".join("\t" if character == "\t" else " " for character in shown[:offset]).ljust(offset)
     caret = "^" + "~" * (min(place.length, max(1, len(shown) - offset)) - 1)
-    printable = "".join(c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in shown)
+    printable = "".join(c if c.isprintable() or c == "\t" else "\ufffd" for c in shown)
     return [f"    {printable}".rstrip(), f"    {indent}{caret}"]
 
 

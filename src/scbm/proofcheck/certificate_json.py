@@ -79,7 +79,7 @@ def read_certificate(text: str, file: str = "certificate") -> Certificate:
 
 def read_certificate_file(text: str, file: str = "certificate") -> tuple[Certificate, str | None]:
     """Return the certificate in `text`, and the model file that it names, if any. Raises `InputError`, located."""
-    text = text.removeprefix("\N{BYTE ORDER MARK}")
+    text = text.removeprefix("\ufeff")
     try:
         document = read_json(text, MAX_CHARACTERS)
     except JsonError as error:

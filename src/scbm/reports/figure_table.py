@@ -38,7 +38,7 @@ _HEADS = (
 
 STATUS_MARKS = {
     Decision.COVERED: "●",
-    Decision.UNCOVERABLE: "\N{MULTIPLICATION SIGN}",
+    Decision.UNCOVERABLE: "\u00d7",
     Decision.EXCLUDED: "⊘",
     Decision.WAIVED: "~",
     Decision.FORCED: "!",

@@ -56,8 +56,6 @@ _MAX_ORIGINS_CHARACTERS = 64 * 1024 * 1024
 _MAX_JSON_CHARACTERS = 16 * 1024 * 1024
 """The maximum length of a JSON text in a column; a store that holds a longer one is damaged."""
 
-_OPTIONS = ("network", "requirements", "time_limit_ns")
-
 _NEXT = timedelta(microseconds=1)
 """Between the order times of two runs, at least."""
 
@@ -438,7 +436,8 @@ class Tables:
         moves_inputs = isinstance(recipe, Drawn) and recipe.moves_inputs
         options = (network, recipe.requirements, recipe.time_limit_ns, recipe.real, moves_inputs)
         if options not in self._settings:
-            given = dict(zip(_OPTIONS, options, strict=False))
+            given: dict[str, object] = {"network": network}
+            given |= {"requirements": recipe.requirements, "time_limit_ns": recipe.time_limit_ns}
             given |= {} if recipe.real is None else {"real": recipe.real}
             given |= {"moves_inputs": True} if moves_inputs else {}
             text = json.dumps(given, ensure_ascii=False)

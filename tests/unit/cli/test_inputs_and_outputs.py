@@ -154,6 +154,25 @@ def test_no_output_replaces_an_input(verb: str, option: str, name: str, folder: 
     assert (ran.code, [head.partition(":")[0] for head in diagnostic_heads(ran.err)]) == (2, [place])
 
 
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        ("run {model} --goal opened --trace nowhere/../{model}", "model"),
+        ("test {model} --cases 1 --save nowhere/../.", "model"),
+        ("report {store} --junit nowhere/../{store}", "store"),
+        ("report {store} --html nowhere/../{model}", "model"),
+        ("run {model} --goal opened --trace nowhere/../new.jsonl", "model"),
+    ],
+)
+def test_a_path_through_a_missing_directory_is_no_other_file(command: str, name: str, folder: Path, scbm: Scbm) -> None:
+    before = (folder / FILES[name]).read_bytes()
+    ran = scbm(*command.format(**FILES).split())
+    assert (folder / FILES[name]).read_bytes() == before
+    assert not (folder / "new.jsonl").exists()
+    if "--save" not in command:
+        assert ran.code == 2
+
+
 def test_each_verb_with_inputs_and_outputs_is_tested_with_all_of_them() -> None:
     for verb in VERBS:
         marks = input_marks(with_registry_options(import_module(VERBS[verb]).command))

@@ -15,6 +15,7 @@ GRIPPER = str(EXAMPLES / "gripper" / "cell.yaml")
 LAMPS = str(Path("tests") / "models" / "valid" / "handshakes.yaml")
 REPORTS = (
     ("check", BEFORE),
+    ("plan", BEFORE, "--goal", "item_a_delivered"),
     ("check", str(EXAMPLES / "dual_cnc" / "lifted.yaml")),
     ("test", BEFORE, "--cases", "3"),
     ("test", BEFORE, "--cases", "3", "--missing"),

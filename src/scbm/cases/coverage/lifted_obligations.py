@@ -315,4 +315,4 @@ def _smallest_type(objects: Iterable[str], lists: ObjectLists) -> str:
             above = parents.get(above)
     wanted = list(objects)
     fitting = [kind for kind, found in sizes.items() if all(each in found for each in wanted)]
-    return min(fitting, key=lambda kind: len(sizes[kind]), default="\N{HORIZONTAL ELLIPSIS}")
+    return min(fitting, key=lambda kind: len(sizes[kind]), default="\u2026")

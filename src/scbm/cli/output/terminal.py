@@ -150,6 +150,10 @@ class TerminalOutput:
         self._console = console
         self._columns = _fold_columns(console.file)
 
+    def fits(self, line: str) -> bool:
+        """Return whether a line need not be broken."""
+        return self._columns is None or cell_len(line) <= self._columns
+
     def line(self, text: Text | str = "") -> None:
         """Print one line of text, or several."""
         shown = Text(escaped(text)) if isinstance(text, str) else _shown(text, _CONTROLS)

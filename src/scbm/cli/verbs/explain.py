@@ -57,8 +57,10 @@ def command(
         out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended, report_columns()))
         for name, text in _texts(explanations, given).items():
             replay = f"scbm replay {shown_path(f'{name}.yaml')}{planner.text}"
-            again = given.again(name) or f"save this here as {name}.yaml, then: {replay}"
-            out.lines(case_lines(text, again, given.files.get(name)))
+            path = given.files.get(name)
+            known = given.again(name)
+            first = None if known else f"Save this here as {name}.yaml, then run:"
+            out.lines(case_lines(text, known or replay, path, first))
     if closing.is_interrupted:
         return INTERRUPTED
     return 1 if any(each.decided.decision is Decision.UNDECIDED for each in explanations) else 0

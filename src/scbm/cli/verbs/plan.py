@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from rich.text import Text
+
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.option_values import read_goal, read_state
 from scbm.cli.options.planner_options import (
@@ -166,7 +168,13 @@ class _Drawing:
         for number, name in enumerate(plan, start=1):
             after = _after(model, name, now)
             changes = [f"{key} <- {format_value(after[key])}" for key in space.names if after[key] != now[key]]
-            self.out.line(f"  {number:>3}  {name:<{width}}   {', '.join(changes)}".rstrip())
+            head = f"  {number:>3}  {name:<{width}}"
+            line = f"{head}   {', '.join(changes)}".rstrip()
+            if self.out.fits(line):
+                self.out.line(line)
+            else:
+                self.out.line(head.rstrip())
+                self.out.lines(Text(f"         {change}") for change in changes)
             now = after
 
     def _reasons(self) -> list[str]:

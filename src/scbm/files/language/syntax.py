@@ -205,7 +205,7 @@ _CHARACTERS = {
     "|": "write `||`",
     "=": "write `==` to compare",
     "∧": "write `&&`",
-    "\N{LOGICAL OR}": "write `||`",
+    "\u2228": "write `||`",
     "¬": "write `!`",
     "~": "write `!`",
     "→": "write `->`",

@@ -257,7 +257,7 @@ def _shown(words: str) -> str:
 MAX_BYTES = 4 * 1024 * 1024
 """The maximum size of a file; the largest files that people write have a hundredth of it."""
 
-_MARK = "\N{BYTE ORDER MARK}"
+_MARK = "\ufeff"
 
 
 def read_tree(text: str, file: str, noun: str, start: str) -> tuple[YamlNode, SourceText, ErrorCollector]:

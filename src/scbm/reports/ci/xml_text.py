@@ -46,4 +46,4 @@ def visible(text: str) -> str:
 
 def _picture(match: re.Match[str]) -> str:
     code = ord(match[0])
-    return chr(_PICTURES + code) if code < ord(" ") else "\N{REPLACEMENT CHARACTER}"
+    return chr(_PICTURES + code) if code < ord(" ") else "\ufffd"

@@ -84,8 +84,15 @@ def explanation_lines(  # noqa: PLR0913, PLR0917 - what closing found, and how i
         yield from ended_lines(ended)
 
 
-def case_lines(text: str, command: str | None, path: str | None = None) -> Iterator[Text]:
-    """Yield a case as YAML, and the command that runs it."""
+def case_lines(text: str, command: str | None, path: str | None = None, first: str | None = None) -> Iterator[Text]:
+    """Yield a case as YAML, and the command that runs it.
+
+    Args:
+        text: the case.
+        command: for a shell.
+        path: the file of the case.
+        first: a sentence about what to do before the command.
+    """
     yield Text()
     if path is not None:
         yield Text(f"# {path}", style="dim")
@@ -93,7 +100,9 @@ def case_lines(text: str, command: str | None, path: str | None = None) -> Itera
         yield Text(line, no_wrap=True)
     if command:
         yield Text()
-        yield command_text("Again: ", command)
+        if first:
+            yield Text(first)
+        yield command_text("Again: " if first is None else "  ", command)
 
 
 def _alike(explanations: Iterable[Explanation], folds: InstanceFolds) -> Iterator[list[Explanation]]:
