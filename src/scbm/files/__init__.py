@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from scbm.files.file_writer import FileWriter, protecting
     from scbm.files.goal_editing import add_goals, with_goals
     from scbm.files.key_reference import bindings_schema, case_schema, model_schema, part_schema, waivers_schema
+    from scbm.files.language.dotted_text import DottedText
     from scbm.files.language.expressions import (
         parse_action,
         parse_predicate,
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CaseDocument",
+    "DottedText",
     "FileWriter",
     "Places",
     "Scope",
@@ -110,6 +112,7 @@ __getattr__ = lazy_exports(
         "file_writer": "FileWriter protecting",
         "goal_editing": "add_goals with_goals",
         "key_reference": "bindings_schema case_schema model_schema part_schema waivers_schema",
+        "language.dotted_text": "DottedText",
         "language.expressions": "parse_action parse_predicate parse_requirement parse_state parse_value",
         "language.quantities": "parse_duration parse_share",
         "language.scope": "Scope Where",

@@ -19,6 +19,8 @@ resources:
   pump[t in tank]: {}
 operations:
   fill[t in tank]: {request: pump.t, effects: [level.t += 1]}
+goals:
+  full[t in tank]: level.t == 3
 """)
 
 
@@ -41,6 +43,29 @@ def test_a_state_and_a_requirement_may_have_indices() -> None:
     assert (state["level.t1"], state["joined.t1.t2"]) == (2, True)
     (requirement,) = read_requirements(["always fill[t1].state != failed"], MODEL)
     assert str(requirement) == "required_1: always fill.t1.state != failed"
+
+
+@pytest.mark.parametrize("written", ["full[t1]", "full.t1"])
+def test_a_goal_of_the_model_may_have_an_index(written: str) -> None:
+    name, predicate = read_goal(written, MODEL)
+    assert (name, str(predicate)) == ("full.t1", "level.t1 == 3")
+
+
+@pytest.mark.parametrize(
+    ("text", "slug", "column", "length"),
+    [
+        ("level[t1] == 2 && level[ t2 ] == x", Slug.UNKNOWN_NAME, 34, 1),
+        ("level[t1] == 2 && levl[t2] == 1", Slug.UNKNOWN_VARIABLE, 19, 8),
+        ("level[t1] == 2 &&", Slug.PREDICATE_SYNTAX, 17, 1),
+        ("full[t3]", Slug.UNKNOWN_GOAL, 1, 8),
+        ("level[t1]", Slug.NOT_A_PREDICATE, 1, 9),
+    ],
+)
+def test_an_error_is_located_in_the_text_as_it_is_written(text: str, slug: Slug, column: int, length: int) -> None:
+    with pytest.raises(InputError) as raised:
+        read_goal(text, MODEL)
+    (found,) = raised.value.diagnostics
+    assert (found.slug, found.place.column, found.place.length, found.source_line) == (slug, column, length, text)
 
 
 @pytest.mark.parametrize(

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from itertools import count
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from scbm.cases import Network
 from scbm.cli.options.option_errors import option_error
-from scbm.files import Scope, parse_duration, parse_predicate, parse_requirement, parse_state, suggestion
+from scbm.files import DottedText, Scope, parse_duration, parse_predicate, parse_requirement, parse_state, suggestion
 from scbm.model import Diagnostic, InputError, Place, Requirement, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Sequence
+    from collections.abc import Callable, Sequence
 
     from scbm.model import BehaviorModel, Predicate, State
 
@@ -34,10 +35,10 @@ def read_time_limit(time_limit: str | None) -> int | None:
 
 
 _QUANTIFIER = re.compile(r"(?<![\w.])(forall|exists|count)\s+[A-Za-z_]\w*\s*(?:,|:|in\b)", re.ASCII)
-_INDEXED = re.compile(r"([A-Za-z_][\w.]*)\[\s*(\w+(?:\s*,\s*\w+)*)\s*\](_\w+)?", re.ASCII)
+T = TypeVar("T")
 
 
-def _without_indices(text: str, model: BehaviorModel, option: str) -> str:
+def _ground(text: str, model: BehaviorModel, option: str) -> DottedText:
     """Return a text with the names of instances in place of names with an index: `at.r1` for `at[r1]`.
 
     Raises:
@@ -49,38 +50,49 @@ def _without_indices(text: str, model: BehaviorModel, option: str) -> str:
         remedy = "write the comparison for each object, or declare it in the model, as a goal or a requirement"
         place = Place(option, 1, found.start(1) + 1, len(found[1]))
         raise InputError([Diagnostic(Slug.PREDICATE_SYNTAX, message, place, remedy, text)])
-    names = Scope.of(model).variables
-    return _INDEXED.sub(lambda index: _instance(index, names), text)
+    return DottedText(text, Scope.of(model).variables)
 
 
-def _instance(index: re.Match[str], names: Container[str]) -> str:
-    """Return the name of a variable for its index, which stands before the end of a name of a resource."""
-    objects = ".".join(part.strip() for part in index[2].split(","))
-    base, end = index[1], index[3] or ""
-    usual = f"{base}{end}.{objects}"
-    ends = (suffix for suffix in ("_req_state", "_req_trigger") if f"{base}{end}".endswith(suffix))
-    inner = next((f"{f'{base}{end}'.removesuffix(suffix)}.{objects}{suffix}" for suffix in ends), usual)
-    return inner if inner in names else usual
+def _parsed(ground: DottedText, parse: Callable[[str], T]) -> T:
+    """Return what `parse` makes of a ground text. Raise its `InputError` with places in the text as it is written."""
+    try:
+        return parse(ground.text)
+    except InputError as error:
+        raise InputError([_as_written(diagnostic, ground) for diagnostic in error.diagnostics]) from None
+
+
+def _as_written(diagnostic: Diagnostic, ground: DottedText) -> Diagnostic:
+    place = diagnostic.place
+    if not place.line:
+        return diagnostic
+    begin, end = ground.span(place.column - 1, place.column - 1 + place.length)
+    line = re.sub(r"[\r\n]", " ", ground.written)
+    return replace(diagnostic, place=Place(place.file, 1, begin + 1, end - begin), source_line=line)
 
 
 def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
     """Return a goal of the model by its name, or a predicate, which is then its own name. Raise `InputError`."""
-    named = model.goal(text)
+    scope = Scope.of(model)
+    ground = DottedText(text, scope.variables)
+    name = ground.text
+    named = model.goal(name)
     if named is not None:
-        return text, named
-    if text.isidentifier() and text not in ("true", "false"):
-        names = [name for name, _ in model.goals]
-        remedy = suggestion(text, names, "its goals are") or "write a predicate, such as `robot_at == home`"
-        message = f"the model has no goal `{text}`"
+        return name, named
+    is_name = name.replace(".", "_").isidentifier() and name not in scope.variables
+    if is_name and name not in ("true", "false"):
+        names = [known for known, _ in model.goals]
+        remedy = suggestion(name, names, "its goals are") or "write a predicate, such as `robot_at == home`"
+        message = f"the model has no goal `{name}`"
         raise InputError([Diagnostic(Slug.UNKNOWN_GOAL, message, Place("--goal", 1, 1, len(text)), remedy, text)])
-    text = _without_indices(text, model, "--goal")
-    predicate = parse_predicate(text, Scope.of(model), file="--goal")
+    ground = _ground(text, model, "--goal")
+    predicate = _parsed(ground, lambda written: parse_predicate(written, scope, file="--goal"))
     return str(predicate), predicate
 
 
 def read_state(assignments: Sequence[str], model: BehaviorModel) -> State:
     """Return the nominal state with variables changed by `variable=value`. Raise `InputError` with all errors."""
-    return parse_state(_without_indices(", ".join(assignments), model, "--state"), model.space, file="--state")
+    ground = _ground(", ".join(assignments), model, "--state")
+    return _parsed(ground, lambda written: parse_state(written, model.space, file="--state"))
 
 
 def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[Requirement, ...]:
@@ -93,8 +105,9 @@ def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[R
     requirements = []
     for sentence in sentences:
         try:
-            text = _without_indices(sentence, model, "--require")
-            requirements.append(Requirement(next(free), parse_requirement(text, scope, file="--require")))
+            ground = _ground(sentence, model, "--require")
+            form = _parsed(ground, lambda written: parse_requirement(written, scope, file="--require"))
+            requirements.append(Requirement(next(free), form))
         except InputError as error:
             wrong += error.diagnostics
     if wrong:

@@ -16,6 +16,7 @@ from scbm.files.codec.keys import check_shape
 from scbm.files.codec.network_keys import NetworkKeys, network_owners
 from scbm.files.codec.recorded_keys import RecordedKeys
 from scbm.files.codec.value_reader import ValueReader
+from scbm.files.expansion.case_indices import ground_case
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree, similar_file_remedy
 from scbm.files.yaml.yaml_writer import FlowMapping, dump, dump_folded
@@ -98,9 +99,11 @@ class CaseDocument:
     def read(self, model: BehaviorModel) -> Case:
         """Return the case for a model. Raises `InputError` with all errors of the file."""
         report = self._report.copy()
-        check_shape(self._document, report, CaseKeys, case_owners())
-        reader = ValueReader(report, Scope.of(model))
-        case = CaseKeys(self._document, reader).case_for(model)
+        scope = Scope.of(model)
+        document = ground_case(self._document, report, self._source.text, scope.variables)
+        check_shape(document, report, CaseKeys, case_owners())
+        reader = ValueReader(report, scope)
+        case = CaseKeys(document, reader).case_for(model)
         report.raise_any()
         if not reader.is_whole:
             raise AssertionError(f"{self._source.file}: something was not resolved, and nothing was complained of")
