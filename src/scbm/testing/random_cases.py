@@ -1,8 +1,8 @@
-"""Random cases: a goal and an initial state drawn for each (paper, Section VI, step 3; semantics 7.5).
+"""Random cases: goal, initial state and, on request, network of each case (paper, Section VI, step 3; semantics 7.5).
 
-Each case has streams of chance of its own; see `chance`.
-
-Networks drawn at random: for each case other faults, each of them as often there as not.
+The seed and the number of a case determine what is drawn for the case. Goal and initial state come from `case_stream`,
+the network from `fault_stream` (`testing/random_streams.py`). So goal and initial state are the same whether or not the
+network is drawn. A drawn network has each kind of fault with probability 1/2, and always a value for each limit.
 """
 
 from __future__ import annotations
@@ -24,10 +24,25 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 
+_PERFECT = Network()
+"""The network of cases without network faults."""
+
+_TRIES = 1_000
+"""Maximum number of combinations of random initial values that are drawn until one is allowed."""
+
+_MAX_LISTED = 100_000
+"""Maximum number of combinations for listing the allowed ones, which happens after `_TRIES` drawn ones."""
+
 _MS_NS = 1_000_000
+
 _MAX_PER_CENT = 20
+"""Maximum probability of a fault in a drawn network, in per cent."""
+
 _LATEST_MS = 20_000
+"""Latest beginning of a drawn window, such as a partition, in time of the run."""
+
 _LONGEST_MS = 5_000
+"""Maximum length of a drawn window."""
 
 
 def draw_network(model: BehaviorModel, origin: Origin) -> Network:
@@ -94,15 +109,6 @@ class _Draw:
         return choices[int(self._random.random() * len(choices))]
 
 
-_PERFECT = Network()
-
-_TRIES = 1_000
-"""Maximum number of combinations of random values that are drawn until one is allowed."""
-
-_MAX_LISTED = 100_000
-"""After that, the allowed ones are listed, which shows whether there are any, unless there are more than so many."""
-
-
 class RandomCases:
     """Draws the cases of campaigns for one model."""
 
@@ -114,7 +120,7 @@ class RandomCases:
         *,
         moves_inputs: bool = False,
     ) -> None:
-        """Raises `InputError` if the model has no goals.
+        """Take the model; raise `InputError` if it has no goals.
 
         Args:
             model: the model under test.
@@ -132,11 +138,11 @@ class RandomCases:
         self._listed: tuple[State, ...] | None = None
 
     def first(self, count: int, seed: int) -> Iterator[Case]:
-        """Cases 1 to `count` of a seed."""
+        """Return cases 1 to `count` of a seed."""
         return (self.case(seed, number) for number in range(1, count + 1))
 
     def case(self, seed: int, number: int) -> Case:
-        """Case `number`, counted from 1. Raises `InputError` if no allowed initial state is found."""
+        """Return case `number`, counted from 1; raise `InputError` if no allowed initial state is found."""
         origin = Origin(seed, number, self._moves_inputs)
         random = case_stream(origin)
         network = draw_network(self.model, origin) if self._network is None else self._network
