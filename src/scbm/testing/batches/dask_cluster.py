@@ -252,7 +252,11 @@ class _WorkerCampaign:
 
 
 _received: dict[str, _WorkerCampaign] = {}
-"""The campaigns that this process has received, by their tokens."""
+"""The campaigns that this process has received, by their tokens.
+
+Dask calls `run_on_worker` with pickled arguments alone, and a campaign as an argument would travel with each batch. So
+`CampaignPlugin` keeps the campaign here, once for each process, where the batches of all its threads find it.
+"""
 
 
 class CampaignPlugin(WorkerPlugin):
