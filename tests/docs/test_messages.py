@@ -1,4 +1,4 @@
-"""docs/reference/messages.md has one section for each slug, in the order and the groups of `errors/slugs.py`."""
+"""docs/reference/messages.md has one section for each slug, in the order and the groups of `model/slugs.py`."""
 
 from __future__ import annotations
 

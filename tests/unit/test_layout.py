@@ -12,11 +12,25 @@ import pytest
 
 from support.layout_rules import SOURCE, full_folders, repeated_classes, repeated_modules, source_texts
 from support.prose_literals import is_prose, prose_literals
+from support.quoted_names import QuotedNames
 
 ROOT = Path(__file__).parents[2]
 MODULES = sorted(SOURCE.rglob("*.py"))
 
 MAX_PACKAGES = 13
+
+CHECKED_TEXTS = (
+    ("src/scbm", "*.py"),
+    ("docs", "*.md"),
+    ("tests", "*.py"),
+    ("benchmarks", "*.py"),
+    ("study", "*.py"),
+    ("study", "*.md"),
+    ("examples", "*.py"),
+    ("examples", "*.md"),
+    ("examples", "*.yaml"),
+)
+"""Folders, and the files in them whose words are checked. Models of the study have the words of their cells."""
 
 CLOCK_READERS = (
     "nodes",
@@ -94,9 +108,10 @@ def reads_clock(path: Path) -> bool:
 
 def texts() -> dict[str, Path]:
     """Return the files whose words are checked, by their path from the root."""
-    folders = [(SOURCE, "*.py"), (ROOT / "docs", "*.md"), (ROOT / "tests", "*.py"), (ROOT / "benchmarks", "*.py")]
+    folders = [(ROOT / folder, pattern) for folder, pattern in CHECKED_TEXTS]
     found = [path for folder, pattern in folders for path in sorted(folder.rglob(pattern)) if path != Path(__file__)]
-    found += [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    found += [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
+    found += [path for path in sorted((ROOT / ".ci").iterdir()) if path.is_file()]
     return {path.relative_to(ROOT).as_posix(): path for path in found}
 
 
@@ -199,6 +214,45 @@ def test_assertions_have_few_sentences(request: pytest.FixtureRequest) -> None:
 def test_names_in_code_have_no_house_words() -> None:
     modules = {name: path for name, path in texts().items() if path.suffix == ".py"}
     assert {name: found for name, path in modules.items() if (found := names_in_code(path))} == {}
+
+
+MODULE_TEXTS = {
+    "src/scbm/model/__init__.py": "from scbm.model.slugs import Slug",
+    "src/scbm/model/slugs.py": "class Slug:\n    def words(self): ...",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "exists"),
+    [
+        ("model/slugs.py", True),
+        ("slugs.py", True),
+        ("errors/slugs.py", False),
+        ("model/slug", False),
+        ("model/slugs", True),
+        ("model.slugs.Slug", True),
+        ("scbm.model.Slug", True),
+        ("scbm.model.Slogan", False),
+        ("slugs.Slug", True),
+        ("slugs.sentence", False),
+        ("Slug.words", True),
+        ("Slug.sentences", False),
+        ("model.yaml", True),
+        ("scan/failed", True),
+        ("pre.g", True),
+    ],
+)
+def test_a_name_in_backticks_is_judged_if_it_stands_for_code(name: str, *, exists: bool) -> None:
+    names = QuotedNames(MODULE_TEXTS)
+    assert list(names.stale(f"A list.\nSee `{name}`.")) == ([] if exists else [f"2: {name}"])
+
+
+def test_names_in_backticks_exist() -> None:
+    """Pages have samples of code, in which `run.until` is no module, so only their paths are judged."""
+    read = {name: path.read_text(encoding="utf-8") for name, path in texts().items() if name != "CHANGELOG.md"}
+    names = QuotedNames({name: text for name, text in read.items() if name.endswith(".py")})
+    found = [f"{name}:{stale}" for name, text in read.items() for stale in names.stale(text)]
+    assert [stale for stale in found if "/" in stale.rpartition(": ")[2] or ".py:" in stale] == []
 
 
 def test_no_package_exports_a_name_of_one_of_its_modules() -> None:

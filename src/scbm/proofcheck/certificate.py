@@ -165,8 +165,8 @@ class Certificate:
 
     Attributes:
         model: the model's name.
-        digest: the SHA-256 of the model as `notation.write_model` writes it, so that a certificate of another version
-            is recognized.
+        digest: the SHA-256 of the model as `scbm.files.write_model` writes it. A certificate of another version of the
+            model is recognized by it.
         claims: at least one.
         planner: the planner of the runs that the claims are about; `None` if they are not about one planner alone.
     """

@@ -8,7 +8,7 @@ A subclass of `Keys` declares one sort of mapping: an operation, a case, the net
 - the shape check, which notes unknown keys, missing keys and values of the wrong YAML sort (`check_shape`),
 - reading: an instance is bound to a node, and its attributes are the values of the keys,
 - writing: `Keys.write` gives the data of a value,
-- the JSON Schema for editors (`json_schema`), and the tables of the documentation (`key_rows`).
+- the JSON Schema for editors (`json_schema`), and the tables of the documentation (`key_table`).
 
 Reading accepts trees of any shape, and passes over what the shape check reports: one error never hides another.
 """
@@ -69,12 +69,12 @@ class Spot:
         return self.node.plain is not None and not isinstance(self.node.plain, (dict, list))
 
     def entries(self) -> Iterable[tuple[str, Spot]]:
-        """The entries of a mapping, by key."""
+        """Yield the entries of a mapping, by key."""
         for key, node in self.node.items.items():
             yield key, Spot(node, self.node.key_places[key], key)
 
     def elements(self) -> Iterable[Spot]:
-        """The elements of a list."""
+        """Return the elements of a list."""
         return (Spot(element, element.place, self.section, is_element=True) for element in self.node.elements)
 
 
