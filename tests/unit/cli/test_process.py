@@ -98,10 +98,16 @@ def test_an_output_that_is_not_utf8_is_no_fault() -> None:
     assert b"SCBM-IAS" in done.stdout
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
-def test_a_full_disk_is_reported_in_a_line() -> None:
-    command = [sys.executable, "-m", "scbm", "schema"]
+@pytest.mark.parametrize(
+    "argument",
+    [
+        pytest.param("--version", id="when the buffer is flushed"),
+        pytest.param("schema", id="when the buffer is full", marks=pytest.mark.slow),
+    ],
+)
+def test_a_full_disk_is_reported_in_a_line(argument: str) -> None:
+    command = [sys.executable, "-m", "scbm", argument]
     with Path("/dev/full").open("wb") as full:
         done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, check=False)
     assert done.returncode == 2
