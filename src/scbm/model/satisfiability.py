@@ -123,7 +123,7 @@ def _may_hold(form: NormalForm, values: Sequence[int]) -> bool:
 
 
 def _may_compare(pair: Pair, values: Sequence[int]) -> bool:
-    """Orders are decided by the extremes of both sides, equality by a common value, inequality by two values."""
+    """Decide orders by the extremes of both sides, equality by a common value, inequality by two values."""
     left = [v for i in indices_of(values[pair.left]) if (v := pair.left_values[i]) is not None]
     right = [v for i in indices_of(values[pair.right]) if (v := pair.right_values[i]) is not None]
     if not left or not right:

@@ -46,7 +46,7 @@ _FACTOR = re.compile(r"[1-9]\d{0,11}(/[1-9]\d{0,11})?", re.ASCII)
 
 
 def event_json(event: Event | Note) -> dict[str, Any]:  # noqa: PLR0911 - one for each kind
-    """An event or a note as data that `json` can write, without its time. Raises `ValueError` if no JSON says it."""
+    """Return an event or a note as data for `json`, without its time; raise `ValueError` if no JSON says it."""
     match event:
         case GoalGiven(name, predicate, when):
             waits = {} if when is None else {"when": str(when)}

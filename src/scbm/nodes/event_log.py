@@ -224,7 +224,7 @@ class LogDocument:
     """A log whose header is parsed; the other lines are parsed once the model is loaded."""
 
     def __init__(self, text: str, file: str) -> None:
-        """Raises `InputError` if the text is no log, is cut off, or newer."""
+        """Take the text of a log; raise `InputError` if it is no log, is cut off, or newer."""
         self._file = file
         *lines, rest = text.split("\n")
         if not lines or rest:

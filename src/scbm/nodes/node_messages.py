@@ -248,13 +248,13 @@ Message: TypeAlias = (
 
 
 def encode(message: Message) -> str:
-    """The message as JSON."""
+    """Return the message as JSON."""
     written = {field.name: getattr(message, field.name) for field in fields(message)}
     return json.dumps({"kind": message.kind, **written}, ensure_ascii=False, separators=(",", ":"))
 
 
 def decode(text: object) -> Message:
-    """The message that a text is. Raises `NotAMessageError`."""
+    """Return the message that a text is; raise `NotAMessageError`."""
     data = read_object(text)
     kind = data.pop("kind", None)
     shape = _shapes().get(kind) if isinstance(kind, str) else None
@@ -276,7 +276,7 @@ def _field(value: object, name: str, type_: Any, kind: object) -> object:  # noq
 
 
 def read_object(text: object) -> dict[str, Any]:
-    """The JSON object that a text is. Raises `NotAMessageError`."""
+    """Return the JSON object that a text is; raise `NotAMessageError`."""
     if not isinstance(text, str):
         raise NotAMessageError("a message is a text")
     try:
@@ -286,7 +286,7 @@ def read_object(text: object) -> dict[str, Any]:
 
 
 def read_fraction(text: str) -> Fraction:
-    """The fraction greater than 0 that a field says. Raises `NotAMessageError`."""
+    """Return the fraction greater than 0 that a field says; raise `NotAMessageError`."""
     if not _FRACTION.fullmatch(text):
         raise NotAMessageError(f"`{text[:40]}` is not a fraction greater than 0")
     return Fraction(text)
@@ -294,7 +294,7 @@ def read_fraction(text: str) -> Fraction:
 
 @cache
 def _shapes() -> dict[str, tuple[Any, dict[str, Any]]]:
-    """The class of each kind of message, and the types of its fields."""
+    """Return the class of each kind of message, and the types of its fields."""
     shapes = {}
     for message in get_args(Message):
         types = get_type_hints(message, include_extras=True)

@@ -154,7 +154,7 @@ def _runs_text(runs: GoalRuns, *, is_of_set: bool) -> str:
 
 
 def _situation_text(situation: Situation, *, is_of_set: bool) -> str:
-    """The values, the queue, the requests in flight, and what the situation awaits, if anything."""
+    """Return the values, the queue, the requests in flight, and what the situation awaits, if anything."""
     queue = situation.queue if is_of_set else situation.queue or ()
     parts: list[object] = [situation.values, queue, situation.in_flight]
     if situation.awaits is not Awaits.NOTHING:

@@ -197,7 +197,7 @@ class CertificateParts:
         return self.word(value, path)
 
     def word(self, value: object, path: JsonPath) -> str:
-        """A name, a symbol or a reason. The same words come back in every situation, and are kept once."""
+        """Return a name, a symbol or a reason. The same words recur in every situation, and are kept once."""
         if isinstance(value, str) and value in self._words:
             return self._words[value]
         if not isinstance(value, str) or not value.isprintable() or not 0 < len(value) <= MAX_WORD:
@@ -205,7 +205,7 @@ class CertificateParts:
         return self._words.setdefault(value, value)
 
     def each(self, value: object, path: JsonPath, read: Callable[[Any, JsonPath], Part]) -> tuple[Part, ...]:
-        """All elements of a list; what is wrong with one of them is kept, and the others are read."""
+        """Return all elements of a list; what is wrong with one of them is kept, and the others are read."""
         if not isinstance(value, list):
             raise _FaultError(path, "expected a list")
         parts: list[Part] = []

@@ -298,12 +298,12 @@ def label_of(name: str, key: bytes, count: int) -> str:
 
 
 def sayable(text: str) -> str:
-    """A text as a store can keep it: bytes of a path that are no UTF-8 are written out, as Python does."""
+    """Return a text as a store can keep it: bytes of a path that are no UTF-8 are written out, as Python does."""
     return text.encode(errors="backslashreplace").decode()
 
 
 def key_of(recipe: Recipe, model_digest: str, planner: str = FIRST_PLANNER.name) -> bytes:
-    """The key of a case: 16 bytes of the SHA-256 of its recipe, its model, and its planner with its limits.
+    """Return the key of a case: 16 bytes of the SHA-256 of its recipe, its model, and its planner with its limits.
 
     Where its file is does not matter, nor where its nodes met and how fast their time went.
     """
@@ -323,7 +323,7 @@ MAX_LOG_BYTES = 256 * 1024 * 1024
 
 
 def packed_log(text: str) -> bytes:
-    """A log, compressed. Raises `ValueError` if it is larger than any that is read."""
+    """Return a log, compressed; raise `ValueError` if it is larger than any that is read."""
     data = text.encode()
     if len(data) > MAX_LOG_BYTES:
         raise ValueError("the log is too large")
@@ -331,7 +331,7 @@ def packed_log(text: str) -> bytes:
 
 
 def unpacked_log(packed: bytes) -> str:
-    """The text of a log. Raises `ValueError` if this is none, is damaged, or would be too large."""
+    """Return the text of a log; raise `ValueError` if this is none, is damaged, or would be too large."""
     unpacking = decompressobj()
     try:
         data = unpacking.decompress(packed, MAX_LOG_BYTES)

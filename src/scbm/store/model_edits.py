@@ -39,7 +39,7 @@ class ModelEdit:
         self._kept = _equal_parts(before, after)
 
     def mapped(self, visited: int) -> int:
-        """Obligations of the model before, as bits, as those of the model after that they are."""
+        """Return obligations of the model before as those of the model after that they are; both as bits."""
         return sum(self._after.bit(o) for o in self._before if visited & self._before.bit(o) and self._is_kept(o))
 
     def dropped(self, visited: int) -> tuple[Dropped, ...]:

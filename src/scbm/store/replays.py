@@ -37,7 +37,7 @@ def written_recipe(
     completed: Case | None = None,
     real: tuple[str, ...] | None = None,
 ) -> Written:
-    """The recipe of a case from a file.
+    """Return the recipe of a case from a file.
 
     Args:
         case: the case as the file says it.
@@ -64,7 +64,7 @@ def network_words(network: Network | None) -> str:
 
 
 def drawn_recipe(case: Case, network: str, real: tuple[str, ...] | None = None) -> Drawn:
-    """The recipe of a random case.
+    """Return the recipe of a random case.
 
     Args:
         case: the case, with what the command line added to it.
@@ -89,7 +89,7 @@ class Replays:
         self._requirements: dict[str, Requirement] = {}
 
     def execute(self, stored: StoredCase) -> Execution | None:
-        """The run of a case: in simulation the case is run again, over nodes its log is.
+        """Return the run of a case: in simulation the case is run again, over nodes its log is.
 
         `None` for a case of an earlier version of the model, one that was lost with a node, and for a log that does
         not give its run again, as another version of scbm made it. Also `None` for a case that another program planned,
@@ -110,13 +110,13 @@ class Replays:
         return self._testers[planner]
 
     def _is_planned_elsewhere(self, stored: StoredCase) -> bool:
-        """Whether another program made the plans of a case, and the case does not have them."""
+        """Return whether another program made the plans of a case, and the case does not have them."""
         name = PlannerIdentity.parse(self._runs[stored.run].planner).name
         entry = PLANNERS.get(DEFAULT_PLANNER if name == DRAWN_SHORTEST else name)  # drawn plans are drawn again
         return (entry is None or entry.is_external) and not self.case(stored).plans
 
     def _of_log(self, stored: StoredCase) -> Execution | None:
-        """The run of a log, if that is still the run that it was."""
+        """Return the run of a log, if that is still the run that it was."""
         from scbm.nodes.event_log import read_event_log, rerun  # noqa: PLC0415 - it takes long to load; few stores need it
 
         try:
@@ -138,12 +138,12 @@ class Replays:
         return Program(self._model)
 
     def recorded(self, stored: StoredCase) -> Case:
-        """A case of a simulation with nothing left to chance: a written one as it is, a drawn one closed."""
+        """Return a case of a simulation with nothing left to chance: a written one as it is, a drawn one closed."""
         case = self.case(stored)
         return case if isinstance(stored.recipe, Written) else self._tester(stored).execute(case).recorded_case
 
     def case(self, stored: StoredCase) -> Case:
-        """The case itself, which is of the model of the store. Raises `InputError` if this scbm cannot read it."""
+        """Return the case, which is of the model of the store; raise `InputError` if this scbm cannot read it."""
         recipe = stored.recipe
         if isinstance(recipe, Written):
             case = read_case(recipe.text, self._model, recipe.path)

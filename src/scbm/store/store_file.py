@@ -288,7 +288,7 @@ def has_tables(connection: sqlite3.Connection, path: Path) -> bool:
 
 
 def _refuse_cut_off(connection: sqlite3.Connection, path: Path) -> None:
-    """Raises `InputError` if the end of the file is missing; SQLite forgives a part of the last page.
+    """Raise `InputError` if the end of the file is missing; SQLite forgives a part of the last page.
 
     To be called in a transaction, which keeps writers away meanwhile. In write-ahead mode the rest may be in the file
     beside this one.
@@ -302,7 +302,7 @@ def _refuse_cut_off(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def _refuse_damage(connection: sqlite3.Connection, path: Path) -> None:
-    """Raises `InputError` if parts of the file do not fit each other."""
+    """Raise `InputError` if parts of the file do not fit each other."""
     found = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
     if found != "ok":
         raise _damaged(path, found)

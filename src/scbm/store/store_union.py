@@ -91,7 +91,7 @@ class _OpenStore:
 
 
 def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = False) -> Combined:
-    """Unites stores into one, which replaces a store that is there; it may be one of them.
+    """Unite stores into one, which replaces a store that is there; it may be one of them.
 
     Args:
         paths: at least one store.

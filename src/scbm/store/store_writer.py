@@ -129,7 +129,7 @@ class StoreWriter:
         self.later_start = newest if newest is not None and newest > max(run.started, time_now()) else None
 
     def _last_finished(self) -> StoredRun | None:
-        """The last finished run of the model. Raises `InputError` if the store is of another model."""
+        """Return the last finished run of the model; raise `InputError` if the store is of another model."""
         refuse_another_model(self._path, self._tables.models(), self._model, self._digest)
         if not self._shows_own_model():
             return None
@@ -155,7 +155,7 @@ class StoreWriter:
         log: str | None = None,
         planner: PlannerIdentity | None = None,
     ) -> None:
-        """Adds a case that has been run, or unites it with what is known of it.
+        """Add a case that has been run, or unite it with what is known of it.
 
         One whose run was not finished is not added, and then the run of all of them is not finished either.
 
@@ -201,7 +201,7 @@ class StoreWriter:
             raise problem(Slug.STORE_UNUSABLE, self._path, message) from None
 
     def _begun(self, planner: PlannerIdentity) -> tuple[int, int]:
-        """The ids of the model and of the run, which are there then. To be called in a transaction."""
+        """Return the ids of the model and of the run, which are there then. To be called in a transaction."""
         make_tables(self._connection)
         refuse_another_model(self._path, self._tables.models(), self._model, self._digest)  # others may be faster
         model = self._tables.put_model(self._model)
@@ -211,7 +211,7 @@ class StoreWriter:
         return model, self._tables.put_run(run, model)
 
     def finish(self) -> None:
-        """Notes that the run came to its end, if it has cases and all of them were added."""
+        """Note that the run came to its end, if it has cases and all of them were added."""
         if self._ids is not None and self._is_whole and not self.lost:
             with store_errors(self._path), transaction(self._connection):
                 self._tables.finish_run(self._ids[1])

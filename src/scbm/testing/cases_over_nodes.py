@@ -95,7 +95,7 @@ class RunsCases(Protocol):
     """The interface of `nodes.Session`, which runs a case over nodes."""
 
     def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
-        """Raises `LostError` if the run is not finished."""
+        """Run a case; raise `LostError` if the run is not finished."""
         ...
 
 
@@ -123,6 +123,6 @@ class NodeTester:
         return self._tester.judged(case, done.run, done.log.reactions, done.log)
 
     def executions(self, cases: Iterable[Case]) -> Iterator[Execution]:
-        """Runs cases one by one."""
+        """Run cases one by one."""
         for case in cases:
             yield self.execute(case)

@@ -93,7 +93,7 @@ def _rounder_rule(rule: OutcomeRule) -> Iterator[OutcomeRule]:
 
 
 def _lies_between(other: OutcomeRule, number: int, rule: OutcomeRule) -> bool:
-    """Whether a rule speaks of requests from `number` up to that of `rule`."""
+    """Return whether a rule speaks of requests from `number` up to that of `rule`."""
     return other.subject == rule.subject and other.first <= rule.first and (other.last or number) >= number
 
 

@@ -73,7 +73,7 @@ class Shrinker:
 
     @staticmethod
     def can_shrink(failure: Failure) -> bool:
-        """Whether a smaller case can fail for the same reason.
+        """Return whether a smaller case can fail for the same reason.
 
         What a case expects belongs to that case alone, and that a node was lost has nothing to do with the case.
         """
@@ -218,7 +218,7 @@ class _ShrinkSearch:
 
 
 def _begins_broken(execution: Execution, failure: Failure) -> bool:
-    """Whether the initial state violates a requirement already."""
+    """Return whether the initial state violates a requirement already."""
     first = execution.trace.records[0]  # before it, only an injection can have acted, and that is a reason of its own
     violation = violation_of(failure, execution.violations)
     return isinstance(first, RunStarted) and violation is not None and violation.record == 0

@@ -118,7 +118,7 @@ class Execution:
         return sentence_of(record, nominal)
 
     def _has_lost_or_found(self, record: ResourceChanged) -> bool:
-        """Whether a resource was lost or came back with its node or driver, without an injection of the case."""
+        """Return whether a resource was lost or came back with its node or driver, without an injection of the case."""
         injections = [injection.name for injection in self.case.injections]
         restarted = [restart.resource for restart in self.case.network.restarts_of_resources]
         return self.log is not None and record.injection not in injections and record.resource not in restarted
@@ -335,7 +335,7 @@ class Tester:
         return Execution(case, () if log is None else log.reactions, trace, lost(why), ended_ns, (), 0, (), log)
 
     def options_of(self, case: Case) -> RunnerOptions:
-        """The options of the runner for a case."""
+        """Return the options of the runner for a case."""
         return self._simulator.options_for(case.limits)
 
     def choices_of(self, case: Case, preferred: Sequence[RecordedPlan] = ()) -> Choices:
@@ -372,6 +372,6 @@ class Tester:
         return None if drawn.is_idle else drawn
 
     def results(self, cases: Iterable[Case]) -> Iterator[CaseResult]:
-        """Runs cases one by one and measures what each visits."""
+        """Run cases one by one and measures what each visits."""
         for case in cases:
             yield self.execute(case).result

@@ -161,7 +161,7 @@ class Failure:
         return self.message
 
     def is_like(self, other: Failure) -> bool:
-        """Whether the reason is the same; time and values may differ."""
+        """Return whether the reason is the same; time and values may differ."""
         return self.kind is other.kind and self.subject == other.subject
 
 
@@ -435,7 +435,7 @@ class GoalRun:
         return Excuse.INPUT if is_begun and self._is_input_away(rules) else None
 
     def _is_input_away(self, rules: ExcuseRules) -> bool:
-        """Whether an input was away from its nominal value as the run ended."""
+        """Return whether an input was away from its nominal value as the run ended."""
         if not rules.inputs:
             return False
         records = self.run.records
@@ -491,7 +491,7 @@ def _in_flight(records: Sequence[Record]) -> tuple[str, ...]:
 
 
 def _disturbed(case: Case, run: Outcomes) -> bool:
-    """Whether a fault was caused: an injection that acted, a fault of the network, a failure, or a missing reply.
+    """Return whether a fault was caused: an injection that acted, a network fault, a failure, or a missing reply.
 
     Over nodes, one that simulates a resource may be lost and come back, though the case does not say so. That a message
     or a slow reaction is no fault. A real resource has no caused faults (decision 30).

@@ -119,7 +119,7 @@ def words_after_predicates() -> tuple[str, ...]:
 
 
 def _spelled() -> Iterator[list[str]]:
-    """The words of all ways to write a requirement."""
+    """Return the words of all ways to write a requirement."""
     return (spelling.split() for form in FORMS.values() for spelling in spellings(form.pattern))
 
 

@@ -133,7 +133,7 @@ class Publisher(Protocol):
         ...
 
     def publish(self, data: Scalar) -> None:
-        """Sends a message to all of them. Raises `BusError` if the middleware cannot take it."""
+        """Send a message to all of them; raise `BusError` if the middleware cannot take it."""
         ...
 
 
@@ -159,7 +159,7 @@ class Client(Protocol):
         ...
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
-        """Sends a request with all its fields; returns a number that no other call of this client has."""
+        """Send a request with all its fields; return a number that no other call of this client has."""
         ...
 
 

@@ -81,7 +81,7 @@ class LoopbackHub:
         return [end.topic.type.value for end in ends if end.bus is not but]
 
     def is_too_weak(self, topic: Topic, *, but: LoopbackBus) -> bool:
-        """Whether another bus publishes as best effort a topic that asks for reliable."""
+        """Return whether another bus publishes as best effort a topic that asks for reliable."""
         others = [end.topic for end in self._publishers.get(topic.name, []) if end.bus is not but]
         return not topic.is_best_effort and any(other.is_best_effort for other in others)
 

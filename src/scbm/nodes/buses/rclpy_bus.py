@@ -66,7 +66,7 @@ def _error(message: str, remedy: str | None = None) -> BusError:
 
 @contextmanager
 def _rclpy_errors(what: str) -> Iterator[None]:
-    """Raises `BusError` for whatever rclpy raises: its errors have no base of their own."""
+    """Raise `BusError` for whatever rclpy raises: its errors have no base of their own."""
     try:
         yield
     except Exception as error:
@@ -154,7 +154,7 @@ class RclpyBus:
         return 1 if count_services is None else max(1, count_services(name))
 
     def serve(self, service: Service, answer: object) -> None:  # noqa: ARG002 - as every bus has it
-        """Raises `ValueError`: drivers are called."""
+        """Raise `ValueError`: the services of drivers are called, none is served."""
         raise ValueError("nothing is served through rclpy")
 
     def _qos(self, topic: Topic) -> Foreign:

@@ -96,7 +96,7 @@ class BoundLink:
         return (*requests, *self._measured.missing)
 
     def send(self, request: Correlation, values: Changes) -> None:
-        """Sends a request, as the binding says."""
+        """Send a request, as the binding says."""
         if self._requests is not None:
             self._requests.send(request, values)
             return

@@ -76,7 +76,7 @@ class MeasuredTopics:
 
 
 def value_of(reading: Reading, data: Scalar) -> Value:
-    """The value that data means.
+    """Return the value that data means.
 
     Data that means none comes out as a text that shows it and is the value of no variable, so that the runner refuses
     it and says so: numbers as they are written, other text in quotes as in JSON.

@@ -103,7 +103,7 @@ def new_run() -> str:
 
 
 def is_of_tester(run: str) -> bool:
-    """Whether a tester made this run id, so that the tester decides the reactions to its requests."""
+    """Return whether a tester made this run id, so that the tester decides the reactions to its requests."""
     return run.startswith(_RUN)
 
 

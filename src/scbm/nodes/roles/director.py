@@ -179,7 +179,7 @@ class Director:
         return resource in self._conditions or self._downs.get(resource, 0) > 0
 
     def _expect_nothing_of(self, resource: str) -> None:
-        """Whether the case itself delays or drops replies."""
+        """Forget the replies that are due from a resource, as the case itself delays or drops them."""
         self._due = {request: due for request, due in self._due.items() if self._asked[request] != resource}
 
     def _travel(self, message: MessageKind, request: int, resource: str, at_ns: int) -> Delivery:

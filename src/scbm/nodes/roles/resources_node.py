@@ -266,7 +266,7 @@ class _RequestQueue:
             self._decide(request, self._node.react(self._resource), AT_ONCE)
 
     def _is_relayed(self, request: Correlation) -> bool:
-        """Whether the tester decides how messages of the run travel."""
+        """Return whether the tester decides how messages of the run travel."""
         run = self._node.run
         return run is not None and run.is_relayed and run.id == request.run
 

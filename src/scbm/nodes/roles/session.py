@@ -72,7 +72,7 @@ class LoopbackCell:
     """Controller and resources in this process."""
 
     def __init__(self, digest: str, join: Join | None = None, draw_plans: DrawPlans | None = None) -> None:
-        """Prepares the cell of a model.
+        """Prepare the cell of a model.
 
         Args:
             digest: of the model.

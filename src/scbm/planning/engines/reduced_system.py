@@ -140,7 +140,7 @@ def _values_at(regions: Sequence[ReducedRegion], space: StateSpace) -> list[int]
 
 
 def _relaxed(move: JointMove) -> RelaxedRule:
-    """The move as a rule of the delete relaxation; its effects start from values that the guard allows."""
+    """Return the move as a rule of the delete relaxation; its effects start from values that the guard allows."""
     return RelaxedRule(move.guard, tuple(_effect(write, move.guard) for write in move.writes))
 
 

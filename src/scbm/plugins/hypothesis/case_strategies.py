@@ -69,7 +69,7 @@ def one_of(choices: Sequence[_T]) -> SearchStrategy[_T]:
 
 
 def goals(model: BehaviorModel) -> SearchStrategy[tuple[str, Predicate]]:
-    """The goals of a model, each with its name; shrinks towards the first.
+    """Draw a goal of a model, with its name; shrinks towards the first.
 
     Raises:
         InputError: the model has none.
@@ -85,7 +85,7 @@ _MAX_LISTED = 10_000
 
 
 def initial_states(model: BehaviorModel) -> SearchStrategy[State]:
-    """The allowed states among the combinations of random values, and the nominal one if that is allowed.
+    """Draw an allowed state among the combinations of random values, or the nominal one if that is allowed.
 
     Shrinks towards the nominal state: first to fewer variables that differ from it.
 
@@ -106,7 +106,7 @@ def initial_states(model: BehaviorModel) -> SearchStrategy[State]:
 
 
 def _listed(model: BehaviorModel, initial: InitialStates) -> Iterator[State]:
-    """Some allowed states, the plainest first."""
+    """Yield some allowed states, the plainest first."""
     nominal = model.nominal_state
     if model.initial_states.holds(nominal):
         yield nominal
@@ -119,7 +119,7 @@ def _difference(state: State, nominal: State) -> int:
 
 
 def _values(variable: Variable) -> SearchStrategy[bool | int | str]:
-    """The random values of a variable, the nominal one first if it is among them."""
+    """Draw a random value of a variable; shrinks towards the nominal one if it is among them."""
     return one_of(sorted(variable.random, key=lambda value: value != variable.initial))
 
 
@@ -129,7 +129,7 @@ _LATEST_MS = 20_000
 
 
 def times(most_ms: int = _LATEST_MS, least_ms: int = 0) -> SearchStrategy[int]:
-    """Nanoseconds that are whole milliseconds, often whole seconds."""
+    """Draw nanoseconds that are whole milliseconds, often whole seconds."""
     milliseconds = st.integers(least_ms, most_ms)
     if most_ms - least_ms >= _SECOND_MS:
         seconds = st.integers(-(-least_ms // _SECOND_MS), most_ms // _SECOND_MS)
@@ -146,13 +146,13 @@ _SIMPLEST_FIRST = (ConditionKind.FAILING, ConditionKind.DEAD, ConditionKind.OCCU
 
 
 def _drawn_conditions() -> list[Condition]:
-    """All conditions but `well`, those that are simplest to understand first."""
+    """Return all conditions but `well`, those that are simplest to understand first."""
     others = [kind for kind in CONDITIONS.values() if kind not in (*_SIMPLEST_FIRST, ConditionKind.WELL)]
     return [Condition(kind, _FACTOR) if kind.has_factor else Condition(kind) for kind in (*_SIMPLEST_FIRST, *others)]
 
 
 def injections(model: BehaviorModel) -> SearchStrategy[tuple[Injection, ...]]:
-    """Injections that give a variable a value, or a resource a condition; now, at a time, or during an operation.
+    """Draw injections that give a variable a value, or a resource a condition; now, at a time, or during an operation.
 
     No two of them act on the same thing, so they do not contradict each other. Shrinks towards none.
     """
@@ -206,7 +206,7 @@ def _conditions(model: BehaviorModel) -> SearchStrategy[Injection]:
 
 
 def _moments(model: BehaviorModel) -> SearchStrategy[tuple[Predicate | None, int | None]]:
-    """When an injection acts: a predicate, a time, both, or neither."""
+    """Draw when an injection acts: a predicate, a time, both, or neither."""
     names = [operation.name for operation in model.operations]
     whens = st.none() | st.sampled_from(names).map(_is_current) if names else st.none()
     return st.tuples(whens, st.none() | times())
@@ -224,7 +224,7 @@ _SHARE = st.integers(0, _MAX_PER_CENT).map(lambda per_cent: Fraction(per_cent, 1
 
 
 def networks(model: BehaviorModel) -> SearchStrategy[Network]:
-    """Networks with faults of all kinds, such as latency, loss and partitions: see `NETWORK_FAULTS`.
+    """Draw networks with faults of all kinds, such as latency, loss and partitions: see `NETWORK_FAULTS`.
 
     Shrinks towards a perfect one. A network that is a matter of chance (`Network.draws`) needs a case with an origin.
     """
@@ -263,7 +263,7 @@ _MS_NS = 1_000_000
 
 
 def outcomes(model: BehaviorModel) -> SearchStrategy[tuple[OutcomeRule, ...]]:
-    """Rules for the first requests to each resource: any outcome, a possible latency, measured values.
+    """Draw rules for the first requests to each resource: any outcome, a possible latency, measured values.
 
     Shrinks towards saying nothing, so that all requests succeed. An outcome whose share is 0 is drawn, too: to bring
     about what chance does not is what cases are for.
@@ -302,7 +302,7 @@ def _rule(resource: Resource) -> SearchStrategy[OutcomeRule]:
 
 
 def _latencies(latency: Latency) -> SearchStrategy[int]:
-    """Latencies between the shortest and the longest: whole milliseconds where there are any."""
+    """Draw latencies between the shortest and the longest: whole milliseconds where there are any."""
     low_ns, high_ns = latency.points_ns[0], latency.points_ns[-1]
     low_ms, high_ms = -(-low_ns // _MS_NS), high_ns // _MS_NS
     between = times(high_ms, low_ms) if low_ms < high_ms else st.sampled_from([low_ns, high_ns])
@@ -310,7 +310,7 @@ def _latencies(latency: Latency) -> SearchStrategy[int]:
 
 
 def _measured(resource: Resource) -> SearchStrategy[Changes]:
-    """A value for each measured variable of the resource, among its declared values."""
+    """Draw a value for each measured variable of the resource, among its declared values."""
     listed = resource.simulation.measured
     values: list[SearchStrategy[tuple[str, Value]]] = [_named(name, choices) for name, choices in listed]
     return st.tuples(*values)
@@ -412,7 +412,7 @@ class _File:
 
 
 def _show(case: Case, printer: RepresentationPrinter, cycle: bool) -> None:  # noqa: ARG001, FBT001 - as the printer calls it
-    """A case in the report of Hypothesis, which shows its file."""
+    """Show a case in the report of Hypothesis, which shows its file."""
     printer.text(f"<case {case.name}: goal {case.goal_names}>")
 
 

@@ -34,7 +34,7 @@ _OUTPUT = "scbm"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """The options and the configuration of the plugin."""
+    """Add the options and the configuration of the plugin."""
     group = parser.getgroup("scbm", "behavior models")
     group.addoption("--scbm-model", metavar="PATH", help="The model of all case files, whichever they name.")
     group.addoption(
@@ -100,7 +100,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """YAML files that are cases."""
+    """Collect a YAML file that is a case."""
     if file_path.suffix not in _SUFFIXES or not file_path.is_file() or not parent.config.getini("scbm_cases"):
         return None
     try:

@@ -98,7 +98,7 @@ class ModelUnderTest:
         return execution
 
     def random(self, seed: int = 0, cases: int = 20) -> tuple[Execution, ...]:
-        """Runs the first random cases of a seed, as `scbm test --seed SEED --cases CASES` does.
+        """Run the first random cases of a seed, as `scbm test --seed SEED --cases CASES` does.
 
         Raises:
             InputError: the model has no goals, or no initial state that it allows is found.
@@ -120,7 +120,7 @@ class ModelUnderTest:
         return read_case("".join(_line(key, value) for key, value in written.items()), self.behavior, _FILE)
 
     def _name(self, test: str) -> str:
-        """The name of the test, with a number from the second case on."""
+        """Return the name of the test, with a number from the second case on."""
         function, bracket, parameters = test.partition("[")  # parameters may have anything in them
         written = function.rpartition("::")[2] + bracket + parameters
         name = re.sub(r"[^A-Za-z0-9_.-]+", "_", written).strip("_.-") or "case"
@@ -137,5 +137,5 @@ def _line(key: str, value: object) -> str:
 
 
 def _current_test() -> str:
-    """The node id of the test that runs now."""
+    """Return the node id of the test that runs now."""
     return os.environ.get("PYTEST_CURRENT_TEST", "").rpartition(" ")[0]

@@ -31,7 +31,7 @@ _KEY = re.compile(r"""^\ufeff?["']?case["']?[ \t]*:""", re.MULTILINE)
 
 
 def collect_case(path: Path, head: str, parent: pytest.Collector) -> pytest.Collector | None:
-    """The file, if it is a case."""
+    """Return the file, if it is a case."""
     if not is_case_text(head):
         return None
     file: PytestCaseFile = PytestCaseFile.from_parent(parent, path=path)
@@ -101,7 +101,7 @@ class CaseItem(pytest.Item):
         self._line = line
 
     def runtest(self) -> None:
-        """Runs the case. Raises `CaseFailedError`, or `InputError` if the case or its model is wrong."""
+        """Run the case; raise `CaseFailedError`, or `InputError` if the case or its model is wrong."""
         if self._wrong is not None or self._document is None or self._model is None:
             raise InputError(self._wrong.diagnostics if self._wrong is not None else ())
         models = models_of(self.config)
@@ -125,7 +125,7 @@ class CaseItem(pytest.Item):
         return f"{command}{model}{planner_of_replay(case, loaded.behavior, planner_words(models.config))}"
 
     def repr_failure(self, excinfo: ExceptionInfo[BaseException], style: Any = None) -> str | TerminalRepr:  # noqa: ANN401 - as pytest declares it
-        """The sentences of a failure, without a traceback; located in the case file."""
+        """Return the sentences of a failure, without a traceback; located in the case file."""
         if not isinstance(excinfo.value, (CaseFailedError, InputError)):
             return super().repr_failure(excinfo, style)
         shown = excinfo.getrepr(style="value", chain=False)

@@ -114,7 +114,7 @@ class SessionResults:
         self._recordings: dict[str, tuple[str, ...]] = {}
 
     def add(self, loaded: LoadedModel, test: str, group: ModelResults, result: CaseResult) -> None:
-        """Keeps a result."""
+        """Keep a result."""
         key = str(loaded.path)
         self._models[key] = (loaded.shown, loaded.behavior)
         self._entries.append(TestResult(key, test, len(self._entries), group, result))
@@ -149,7 +149,7 @@ class SessionResults:
         self._recordings |= recordings
 
     def parts(self) -> Iterator[SessionPart]:
-        """The cases of each model, the models in the order of their first tests."""
+        """Return the cases of each model, the models in the order of their first tests."""
         by_model: dict[str, list[TestResult]] = {}
         for entry in sorted(self._entries, key=lambda entry: (entry.position or 0, entry.number)):
             by_model.setdefault(entry.model, []).append(entry)
@@ -216,7 +216,7 @@ class SessionModels:
         return (self.config.rootpath if file is None else file.parent) / path
 
     def load(self, path: Path) -> LoadedModel:
-        """The model in a file. Raises `InputError` with everything that is wrong with it."""
+        """Return the model in a file; raise `InputError` with everything that is wrong with it."""
         key = path.resolve()
         if key not in self._loaded:
             self._loaded[key] = self._load(key, self.shown(path), planner_asked_for(self.config))
@@ -258,7 +258,7 @@ class SessionModels:
         return done.written.case
 
     def run(self, loaded: LoadedModel, case: Case, test: str, group: ModelResults) -> Execution:
-        """Runs a case on behalf of a test."""
+        """Run a case on behalf of a test."""
         execution = loaded.tester.execute(case)
         self.results.add(loaded, test, group, execution.result)
         return execution

@@ -157,7 +157,7 @@ def _plans(spans: RunSpans, records: Sequence[Record]) -> Iterator[Item]:
 
 
 def _takes_time(span: PlanningSpan | PlanSpan) -> bool:
-    """Whether a span of planning is drawn: in a simulation the planner answers at once."""
+    """Return whether a span of planning is drawn: in a simulation the planner answers at once."""
     return isinstance(span, PlanSpan) or span.duration_ns > 0
 
 

@@ -218,7 +218,7 @@ class _SimulationRun:
             heapq.heappush(self._heap, (tick.at_ns, _BEHIND_ALL_OTHERS + next(self._order), tick))
 
     def finish(self, most_records: int | None) -> Simulated:
-        """Process events until the run for the last goal ends. Raises `TooLongError`."""
+        """Process events until the run for the last goal ends; raise `TooLongError` beyond `most_records`."""
         while self._goals:
             if most_records is not None and len(self._records) > most_records:
                 raise TooLongError

@@ -70,7 +70,7 @@ class FailureCause:
     positions: tuple[int, ...]
 
     def is_like(self, other: FailureCause) -> bool:
-        """Whether the reason is the same. Unmet expectations are a reason of each case alone."""
+        """Return whether the reason is the same. Unmet expectations are a reason of each case alone."""
         mine, theirs = self.failures[0], other.failures[0]
         return mine.kind is not FailureKind.EXPECTATION and mine.is_like(theirs)
 

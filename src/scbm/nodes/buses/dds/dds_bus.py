@@ -52,7 +52,7 @@ class DdsBus:
 
     @classmethod
     def open(cls, node: str, domain: int, warn: Callable[[str], None]) -> DdsBus:
-        """Joins a domain, on the running event loop; see `scbm.nodes.buses.dds.open_dds`."""
+        """Join a domain, on the running event loop; see `scbm.nodes.buses.dds.open_dds`."""
         loop = asyncio.get_running_loop()
         participant = Participant(node, domain)
         try:

@@ -15,12 +15,12 @@ def topic_name(name: str) -> str:
 
 
 def request_name(service: str) -> str:
-    """The topic of the requests to a service: `/a/b` is `rq/a/bRequest`. Raises as `topic_name` does."""
+    """Return the topic of the requests to a service: `/a/b` is `rq/a/bRequest`; raise as `topic_name` does."""
     return f"rq{_checked(service)}Request"
 
 
 def reply_name(service: str) -> str:
-    """The topic of the responses of a service: `/a/b` is `rr/a/bReply`. Raises as `topic_name` does."""
+    """Return the topic of the responses of a service: `/a/b` is `rr/a/bReply`; raise as `topic_name` does."""
     return f"rr{_checked(service)}Reply"
 
 

@@ -96,7 +96,7 @@ class ServiceClient:
         return participant_names(self._participant, takers)
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
-        """Sends a request, and returns its number.
+        """Send a request, and return its number.
 
         Raises `ValueError` if the values are not those of the fields, `BusError` if DDS cannot take it.
         """
@@ -232,7 +232,7 @@ class ServiceServer:
             self._responses.append(_Response(response, writer, timer))
 
     def _is_heard_by(self, writer: int) -> bool:
-        """Whether the client of a writer receives responses, as far as its identity is known."""
+        """Return whether the client of a writer receives responses, as far as its identity is known."""
         if writer not in self._clients:
             self._look()
         client = self._clients.get(writer)

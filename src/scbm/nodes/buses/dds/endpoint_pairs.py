@@ -114,7 +114,7 @@ class EndpointPair:
         matched()
 
     def write(self, sample: IdlStruct) -> None:
-        """Sends a sample. Raises `BusError` if the middleware cannot take it."""
+        """Send a sample; raise `BusError` if the middleware cannot take it."""
         payload = type(sample).serialize(sample, use_version_2=False)  # a field may be called `serialize`
         try:
             self.writer.write_payload(payload + bytes(-len(payload) % _PADDED_TO))

@@ -109,11 +109,11 @@ class DdsPublisher:
         return self._peers.count
 
     def wanted(self) -> WantedEndpoint:
-        """The peers that it can match."""
+        """Return the peers that it can match."""
         return wanted_by(self.topic, EndpointRole.SUBSCRIPTION, refused_policy(self.writer))
 
     def publish(self, data: Scalar) -> None:
-        """Sends a message. Raises `BusError`: not of the type, subscriptions that do not take it, a closed bus."""
+        """Send a message; raise `BusError`: not of the type, subscriptions that do not take it, a closed bus."""
         payload = encode(self.topic.type, data)
         try:
             self.writer.write_payload(payload)
@@ -172,7 +172,7 @@ class DdsSubscription:
         return self._peers.count
 
     def wanted(self) -> WantedEndpoint:
-        """The peers that it can match."""
+        """Return the peers that it can match."""
         return wanted_by(self.topic, EndpointRole.PUBLICATION, refused_policy(self.reader))
 
     # on a thread of Cyclone DDS

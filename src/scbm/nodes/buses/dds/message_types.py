@@ -199,7 +199,7 @@ def _checked_float(value: float, type_: FieldType, what: str) -> float:
 
 @cache
 def _class(dds_type: str, fields: Fields) -> type[IdlStruct]:
-    """Its samples are no dataclasses, which cannot have every field that ROS 2 can: a `class`, `from`, or `self`."""
+    """Make a class that is no dataclass: those cannot have every field that ROS 2 can, such as `class` or `self`."""
     idl_types = {name: _IDL_TYPES[type_] for name, type_ in fields}
     class_ = make_idl_struct(dds_type.rpartition("::")[2], dds_type, idl_types, dataclassify=False)
     class_.__init__ = _have  # type: ignore[assignment, method-assign]  # cyclonedds gives it no types
@@ -263,7 +263,7 @@ class NodeEntities:
 
 
 def participant_entities(participant: bytes, nodes: Iterable[NodeEntities]) -> IdlStruct:
-    """A message that says which nodes a participant has."""
+    """Return a message that says which nodes a participant has."""
     return _sample(
         PARTICIPANT_ENTITIES, {"gid": _gid(participant), "node_entities_info_seq": [_node(node) for node in nodes]}
     )

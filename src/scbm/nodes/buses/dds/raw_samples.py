@@ -35,7 +35,7 @@ class RawWriter(DataWriter[IdlStruct]):
     """
 
     def write_payload(self, payload: bytes) -> None:
-        """Sends a payload. Raises `DDSException`, for a time-out too: subscriptions that do not acknowledge."""
+        """Send a payload; raise `DDSException`, for a time-out too: subscriptions that do not acknowledge."""
         code = self._write_raw(self._ref, ctypes.byref(_Payload(payload, len(payload))))
         if code < 0:
             raise DDSException(code)
@@ -69,7 +69,7 @@ def delete(entity: Entity) -> None:
 
 
 def listener(**called: Callable[..., None]) -> Listener:
-    """A listener, made of functions such as `on_data_available`; they are called on threads of Cyclone DDS."""
+    """Return a listener, made of functions such as `on_data_available`; they are called on threads of Cyclone DDS."""
     return Listener(**called)  # type: ignore[no-untyped-call]  # cyclonedds gives it no types
 
 
