@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from scbm.reports.formats import FORMATS
+from support.histories import EXAMPLE, history_of
 from support.recipe_page import followed
 
 
@@ -20,3 +23,11 @@ def test_a_new_format_has_an_option_and_writes_its_file(scbm: Callable[..., Any]
         assert "--case-list FILE" in scbm("report", "--help").out
         clash = scbm("report", tmp_path / "cases.db", "--case-list", tmp_path / "cases.db")
         assert (clash.code, "--case-list" in clash.err) == (2, True)
+
+
+def test_a_new_format_shows_what_proofs_assume(tmp_path: Path) -> None:
+    history = history_of(EXAMPLE / "before.yaml", 5)
+    proved = replace(history, decided=replace(history.statuses, assumptions=("no driver lies",)))
+    with followed("A report format", tmp_path):
+        text = FORMATS["case-list"].text(proved, lambda _: None)
+    assert text.splitlines()[0] == "assumed: no driver lies"

@@ -12,14 +12,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.files import Scope, parse_requirement
-from scbm.model import FORMS, Predicate, RequirementForm
+from scbm.files import Scope, load_model, parse_requirement
+from scbm.model import FORMS, InputError, Predicate, RequirementForm
 from support.models import scan_cell
 from support.profiles import examples
-from support.recipe_page import followed
+from support.recipe_page import PAGE, ROOT, followed
 from support.strategies import sentences
 
 TITLE = "A form of requirement"
+REJECTED = ROOT / "tests/models/rejected"
 
 
 def test_a_model_with_a_new_form_is_checked_and_tested(scbm: Callable[..., Any], tmp_path: Path) -> None:
@@ -81,6 +82,23 @@ def test_random_sentences_have_the_new_form_and_parse_back(tmp_path: Path) -> No
     with followed(TITLE, tmp_path):
         every_sentence_parses_back()
         assert drawn == set(FORMS.values())
+
+
+def test_only_the_named_expectation_of_wrong_models_lists_the_new_form(tmp_path: Path) -> None:
+    """The recipe says which expected text to refresh; the other models get the same errors as before."""
+    models = [path for path in sorted(REJECTED.glob("*.yaml")) if path.stem.startswith("requirement-")]
+    expected = {path: path.with_suffix(".expected").read_text(encoding="utf-8") for path in models}
+    with followed(TITLE, tmp_path):
+        changed = {path.stem for path in models if _errors(path) != expected[path]}
+        assert "`p at most n times [within d]`" in _errors(REJECTED / "requirement-syntax_forms.yaml")
+    assert changed == {"requirement-syntax_forms"}
+    assert "requirement-syntax_forms.expected" in PAGE.read_text(encoding="utf-8")
+
+
+def _errors(path: Path) -> str:
+    with pytest.raises(InputError) as raised:
+        load_model(path)
+    return f"{raised.value}\n".replace(str(path), path.name)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from scbm.proofcheck import CertificateFlaw
+from scbm.reports.formats import FORMATS
 from support.wording import Wording, diagnostic_heads, paragraphs
 
 if TYPE_CHECKING:
@@ -112,10 +113,10 @@ def test_reports_say_what_proofs_assume(lamp: Path, closed: Path, scbm: Scbm) ->
     store = lamp.parent / "runs.db"
     ran = scbm("test", lamp, closed, "--certificates", closed, "--store", store)
     assert ran.code == 0
-    for option in ("--html", "--markdown", "--junit", "--sarif", "--cobertura", "--badge", "--lcov"):
-        file = f"report{option}"
-        assert scbm("report", store, option, lamp.parent / file).code == 0
-        assert words in (lamp.parent / file).read_text(encoding="utf-8"), option
+    for name in FORMATS:
+        file = lamp.parent / f"report-{name}"
+        assert scbm("report", store, f"--{name}", file).code == 0
+        assert words in file.read_text(encoding="utf-8"), name
 
 
 def test_goals_that_the_model_does_not_have_lie_outside(lamp: Path, closed: Path, scbm: Scbm, wording: Wording) -> None:

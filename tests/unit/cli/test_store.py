@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import pytest
 
+from scbm.reports.formats import FORMATS
 from scbm.reports.stored_cases import again
 from scbm.store import Replays, StoreWriter, read_history
 from support.profiles import slow_beyond
@@ -282,9 +283,6 @@ def test_cases_of_an_earlier_model_are_not_saved_and_that_is_reported(
     ran = scbm("report", target, "--minimize", "--save", tmp_path / "small")
     assert ran.code == 1
     wording(ran.err)
-
-
-FORMATS = ("html", "junit", "cobertura", "lcov", "sarif", "markdown", "badge")
 
 
 def test_every_format_is_written_and_the_same_twice(scbm: Scbm, filled: Path, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from shutil import copyfile
 import pytest
 
 from conftest import ROOT, Ran
+from scbm.reports.formats import FORMATS
 from support.limits import largest_file
 from support.wording import Wording, diagnostic_heads
 
@@ -160,9 +161,9 @@ def test_a_report_is_not_written_over_the_store(inputs: dict[str, Path], tmp_pat
     store = tmp_path / "s.db"
     assert scbm("test", inputs["model"], "--cases", 1, "--store", store, "--failures", tmp_path / "f").code == 0
     before = store.read_bytes()
-    for option in ("--html", "--junit", "--cobertura", "--lcov", "--sarif", "--markdown", "--badge"):
-        assert scbm("report", store, option, store).code == 2
-        assert scbm("report", store, option, inputs["hard"]).code == 2
+    for name in FORMATS:
+        assert scbm("report", store, f"--{name}", store).code == 2
+        assert scbm("report", store, f"--{name}", inputs["hard"]).code == 2
     assert store.read_bytes() == before
 
 
