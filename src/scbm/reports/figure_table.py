@@ -8,10 +8,19 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, LiftedStatuses, Obligation, Statuses, first_missed
+from scbm.cases.coverage import (
+    STATE_ASPECTS,
+    Aspect,
+    Decision,
+    InstanceFolds,
+    LiftedStatuses,
+    Obligation,
+    Statuses,
+    first_missed,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterable, Iterator, Mapping
 
     from scbm.cases.coverage import Coverage, Figure, LiftedStatus
     from scbm.model import BehaviorModel
@@ -163,7 +172,7 @@ def missed_table(
     """
     lifted = LiftedStatuses.of(model, statuses or Statuses.of(coverage))
     if lifted is not None:
-        yield from _folded_table(lifted, columns)
+        yield from _folded_table(model, lifted, statuses or Statuses.of(coverage), columns)
         return
     known = (statuses or Statuses.of(coverage)).by_obligation
     missed = {o: status.decision for o, status in known.items() if status.decision is not Decision.COVERED}
@@ -196,7 +205,7 @@ def missed_table(
         yield Text(f"  {'   '.join(f'{STATUS_MARKS[status]} {status.words}' for status in others)}", style="dim")
 
 
-def _folded_table(lifted: LiftedStatuses, columns: int) -> Iterator[Text]:
+def _folded_table(model: BehaviorModel, lifted: LiftedStatuses, statuses: Statuses, columns: int) -> Iterator[Text]:
     """Yield a row for each entry with parameters, and for each other one, that misses something.
 
     A cell has the mark of the first status that any instance has, and the number of instances with this status.
@@ -214,27 +223,54 @@ def _folded_table(lifted: LiftedStatuses, columns: int) -> Iterator[Text]:
     yield Text()
     title = Text(f"{'Missed (○)':<{width + _NAME_INDENT}}", style="bold")
     yield title.append("".join(f"{head:^{cell}}" for head in heads).rstrip())
-    for name, cells in shown.items():
-        yield from _folded_row(name, width, cell, cells)
+    operations = {name: cells for name, cells in shown.items() if Aspect.TAKEN not in cells}
+    transitions = {name: cells[Aspect.TAKEN] for name, cells in shown.items() if Aspect.TAKEN in cells}
+    for name, cells in operations.items():
+        yield from _folded_row(name, width, cell, [cells[aspect] for aspect in COLUMNS])
+    missed = {each.obligation for each in statuses.entries if each.decision is not Decision.COVERED}
+    guards = _folded_guards(model, missed)
+    for name, entry in transitions.items():
+        yield from _folded_row(name, width, cell, [entry])
+        guard = guards[entry.obligation.subject, entry.is_lifted]
+        yield from map(Text, wrapped(f"waits for {guard}", columns, " " * _GUARD_INDENT, _GUARD_INDENT + 2))
     entries = [entry for cells in shown.values() for entry in cells.values()]
-    found = dict.fromkeys(decision for entry in entries for decision in entry.decisions)
+    found = dict.fromkeys(first_missed(entry.decisions) for entry in entries)
     others = [d for d in Decision if d in found and d not in (Decision.UNDECIDED, Decision.COVERED)]
     yield Text("  (n): n instances; ○n: n of them", style="dim")
     if others:
         yield Text(f"  {'   '.join(f'{STATUS_MARKS[status]} {status.words}' for status in others)}", style="dim")
 
 
+def _folded_guards(model: BehaviorModel, missed: Collection[Obligation]) -> dict[tuple[str, bool], str]:
+    """Return the guards that missed automatic transitions wait for, by their entries and whether these have parameters.
+
+    Guards of instances that are equal with the names of entries are shown once. Otherwise the first one stands there,
+    with the number of the others.
+    """
+    folds = InstanceFolds.of(model)
+    guards: dict[tuple[str, bool], dict[str, str]] = {}
+    for transition in model.automatic_transitions:
+        obligation, guard = Obligation(transition.name, Aspect.TAKEN), str(transition.running_guard)
+        if obligation in missed:
+            entry = folds.entry_of(obligation)
+            key = (transition.name, False) if entry is None else (entry, True)
+            guards.setdefault(key, {}).setdefault(guard if entry is None else folds.in_entries(guard), guard)
+    return {
+        key: next(iter(found)) if len(found) == 1 else f"{next(iter(found.values()))} (and {len(found) - 1} more)"
+        for key, found in guards.items()
+    }
+
+
 def _is_missing(entry: LiftedStatus) -> bool:
     return any(decision is not Decision.COVERED for decision in entry.decisions)
 
 
-def _folded_row(name: str, width: int, cell: int, cells: Mapping[Aspect, LiftedStatus]) -> Iterator[Text]:
+def _folded_row(name: str, width: int, cell: int, entries: Iterable[LiftedStatus]) -> Iterator[Text]:
     row = Text(f"  {name:<{width + _NAME_INDENT - 2}}", no_wrap=True)
     if len(row) > width + _NAME_INDENT:
         yield row
         row = Text(" " * (width + _NAME_INDENT), no_wrap=True)
-    for aspect in (Aspect.TAKEN,) if Aspect.TAKEN in cells else COLUMNS:
-        entry = cells[aspect]
+    for entry in entries:
         decision = first_missed(entry.decisions)
         count = str(entry.decisions.count(decision)) if entry.is_lifted and decision is not Decision.COVERED else ""
         row.append(f"{STATUS_MARKS[decision] + count:^{cell}}", style=_STATUS_STYLES.get(decision, "dim"))

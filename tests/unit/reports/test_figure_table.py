@@ -97,3 +97,8 @@ def test_both_reports_ask_for_more_cases_after_the_same_number_of_cases(cases: i
 def test_a_suggested_command_quotes_the_path_of_the_model() -> None:
     lines = _report(read_model(SMALL % "go"), 80, file="my model.yaml")
     assert any(line.startswith("  scbm test 'my model.yaml' --cases") for line in lines)
+
+
+def test_a_suggested_command_keeps_the_written_cases() -> None:
+    lines = _report(read_model(SMALL % "go"), 80, suite=" cases 'more cases'")
+    assert any(line.startswith(f"  scbm test {BEFORE} cases 'more cases' --cases") for line in lines)

@@ -369,6 +369,7 @@ def _setting(suite: Suite, findings: Sequence[Finding], commands: Sequence[str])
         suite.seed,
         len(suite.numbers),
         suite.network_option + suite.planner_option,
+        suite.arguments,
         tuple(findings),
         tuple(commands),
         loses_messages=suite.loses_messages,

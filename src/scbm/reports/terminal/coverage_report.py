@@ -160,6 +160,7 @@ class Setting:
         seed: the seed of the random cases.
         random: the number of random cases.
         options: further options for random cases, each with a leading blank.
+        suite: the files and folders of written cases as arguments of a command, each with a leading blank.
         findings: the causes of failures.
         commands: for each finding the command that reproduces it.
         groups: the number of cases of each kind in words; if empty, written and random cases are counted.
@@ -178,6 +179,7 @@ class Setting:
     seed: int = 0
     random: int = 0
     options: str = ""
+    suite: str = ""
     findings: tuple[Finding, ...] = ()
     commands: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
@@ -297,7 +299,8 @@ def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
         yield from (Text(line, style="dim") for line in others)
     if any(advice == _BY_CHANCE for _, _, advice in parts):
         more = 4 * max(campaign.count, 5)
-        command = f"scbm test {shown_path(setting.file)} --cases {more} --seed {setting.seed}{setting.options}"
+        command = f"scbm test {shown_path(setting.file)}{setting.suite}"
+        command += f" --cases {more} --seed {setting.seed}{setting.options}"
         yield command_text("  ", command)
 
 
