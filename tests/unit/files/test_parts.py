@@ -10,7 +10,7 @@ from scbm.files import Scope, digest_of, load_model, parse_predicate
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
 from scbm.files.expansion.part_names import NAMED_SECTIONS
-from scbm.files.expansion.parts import SHARED_SECTIONS
+from scbm.files.expansion.stage_keys import SHARED_SECTIONS
 from scbm.model import Diagnostic, Domain, InputError, Slug, Variable
 from support.wording import Wording
 

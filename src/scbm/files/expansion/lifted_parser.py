@@ -489,7 +489,7 @@ class LiftedParser:
         facts = self._scope.names.facts
         name = tokens[0]
         remedy = suggestion(name.text, facts.tables, "the tables are") or "declare it under `tables`"
-        message = "" if facts.misses_names else f"there is no table `{name.text}`"
+        message = "" if facts.misses_names or name.text in facts.unread else f"there is no table `{name.text}`"
         self._note(Slug.UNKNOWN_TABLE, message, name.begin, name.end, remedy)
         return ConstantFormula(True)
 

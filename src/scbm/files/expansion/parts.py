@@ -17,7 +17,7 @@ from scbm.files.expansion.part_names import (
     parameters_in_key,
     parameters_in_text,
 )
-from scbm.files.expansion.stage_keys import PART_KEYS_OF_MODELS
+from scbm.files.expansion.stage_keys import PART_KEYS_OF_MODELS, SHARED_SECTIONS
 from scbm.files.expansion.static_facts import QUANTIFIERS
 from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import name_fault
@@ -37,9 +37,6 @@ if TYPE_CHECKING:
 
 _REQUIRED = ("variables", "operations")
 """Sections that each model has; a part that cannot be used may have had them."""
-
-SHARED_SECTIONS = ("types", "tables")
-"""The sections of a part that get no prefix: what they declare is known everywhere."""
 
 _SECTIONS = (*SHARED_SECTIONS, *NAMED_SECTIONS)
 
@@ -354,6 +351,11 @@ def _add_quantified(node: YamlNode, found: dict[str, Place]) -> None:
         _add_quantified(child, found)
 
 
+def _is_text(node: YamlNode) -> bool:
+    """Return whether a node is a scalar with a value, or has an error of its own."""
+    return node.condemned or (node.text is not None and node.plain is not None)
+
+
 @dataclass(frozen=True, slots=True)
 class PartFile:
     """A file of a part.
@@ -456,7 +458,11 @@ class PartFiles:
             if key not in self.keys.part:
                 remedy = suggestion(key, self.keys.part, "the keys of a part are")
                 self.report.add(Slug.UNKNOWN_KEY, f"unknown key `{key}` in a part", place, remedy)
-        if "part" not in document.items and nearest("part", document.items) is None:
+        unknown = [key for key in document.items if key not in self.keys.part]
+        if (named := document.get("part")) is not None and not _is_text(named):
+            message = "expected the name of the part under `part`"
+            self.report.add(Slug.WRONG_SHAPE, message, document.key_places["part"], "write for example `part: door`")
+        elif named is None and all(nearest(key, self.keys.part) != "part" for key in unknown):
             message = "`part` is missing: only parts can be used by other files"
             self.report.add(Slug.MISSING_KEY, message, document.place, "begin the file with `part: <name>`")
         for section in _SECTIONS:
@@ -468,6 +474,10 @@ class PartFiles:
     def _parameters(self, document: YamlNode) -> dict[str, YamlNode | None]:
         """Return the parameters of a part with their defaults; note what is wrong with them."""
         declared = document.get("parameters")
+        if declared is not None and not isinstance(declared.plain, dict) and not declared.condemned:
+            message = "expected a mapping of names under `parameters`"
+            example = "write for example `parameters: {limit: {default: 5 s}}`"
+            self.report.add(Slug.WRONG_SHAPE, message, document.key_places["parameters"], example)
         found: dict[str, YamlNode | None] = {}
         for name, node in declared.items.items() if declared is not None else ():
             found[name] = node.get("default")
@@ -481,4 +491,7 @@ class PartFiles:
                     remedy = suggestion(key, self.keys.parameter, "the keys here are")
                     self.report.add(Slug.UNKNOWN_KEY, f"unknown key `{key}` of a parameter", place, remedy)
                     found[name] = found[name] or node.items[key]
+            if (text := node.get("help")) is not None and not _is_text(text):
+                message = f"expected a text under `help` of the parameter `{name}`"
+                self.report.add(Slug.WRONG_SHAPE, message, node.key_places["help"])
         return found

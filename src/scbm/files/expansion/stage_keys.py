@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.files.expansion.expanded_nodes import entries_of
+from scbm.files.spelling import nearest
 
 if TYPE_CHECKING:
     from scbm.files.yaml.document import YamlNode
@@ -21,6 +22,9 @@ LIFTED_SECTIONS = (
     "requirements",
 )
 """The sections whose entries can have parameters."""
+
+SHARED_SECTIONS = ("types", "tables")
+"""The sections of a part that get no prefix: what they declare is known everywhere."""
 
 REQUIREMENT_KEYS = ("requirement", "where")
 """The keys of a requirement that is written as a mapping, for parameters with a condition."""
@@ -50,6 +54,12 @@ class PartKeyNames(NamedTuple):
     part: tuple[str, ...]
     parameter: tuple[str, ...]
     use: tuple[str, ...]
+
+
+def shared_section(key: str) -> str | None:
+    """Return the section of types or of tables that a key of a model names or probably means; `None` for others."""
+    meant = nearest(key, (*SHARED_SECTIONS, *LIFTED_SECTIONS))
+    return meant if meant in SHARED_SECTIONS else None
 
 
 def has_parts(document: YamlNode) -> bool:

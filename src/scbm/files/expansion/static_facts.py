@@ -6,9 +6,10 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from scbm.files.expansion.stage_keys import shared_section
 from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import name_fault
-from scbm.files.spelling import suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 QUANTIFIERS = ("forall", "exists", "count")
 """The words that begin a quantifier; they are keywords only before a parameter."""
+
+_TABLE_KEYS = ("of", "rows")
 
 _SUFFIXES = ("state", "name")
 """The last parts of the names of variables that the runner keeps, such as `scan.state` and `current.name`."""
@@ -53,6 +56,7 @@ class StaticFacts:
         places: where each object is first named.
         is_whole: whether all types could be read; if not, an unknown object is no error.
         misses_names: whether a section or a file could not be read; an unknown type or table is no error then.
+        unread: the tables that could not be read; no use of them is an error.
     """
 
     types: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -60,6 +64,7 @@ class StaticFacts:
     places: Mapping[str, Place] = field(default_factory=dict)
     is_whole: bool = True
     misses_names: bool = False
+    unread: Mapping[str, None] = field(default_factory=dict)
 
     def objects(self, kind: str) -> tuple[str, ...]:
         """Return the objects of a type; none for an unknown one."""
@@ -73,6 +78,7 @@ def read_facts(document: YamlNode, report: ErrorCollector) -> StaticFacts:
         section is not None and (section.incomplete or not isinstance(section.plain, dict))
         for section in (types, tables)
     )
+    misses_names = misses_names or any(shared_section(key) not in (None, key) for key in document.items)
     return _FactsReader(report, misses_names=misses_names).facts(types, tables)
 
 
@@ -83,6 +89,8 @@ class _FactsReader:
         self._own: dict[str, list[str]] = {}
         self._parents: dict[str, str] = {}
         self._places: dict[str, Place] = {}
+        self._unread: dict[str, None] = {}
+        self._is_whole = True
         self._errors = len(report)
 
     def facts(self, types: YamlNode | None, tables: YamlNode | None) -> StaticFacts:
@@ -92,14 +100,18 @@ class _FactsReader:
         for name, node in rejected.items():  # so that their objects are checked, and uses of their names are no errors
             self._read_type(name, node)
         self._check_parents(types)
-        is_whole = len(self._report) == self._errors and not self._misses_names
+        self._is_whole = len(self._report) == self._errors and not self._misses_names
         objects = _with_subtypes(self._own, self._parents)
         read: dict[str, ObjectTable] = {}
         for name, node in self._entries(tables, "tables", "{near: {of: [zone, zone], rows: [[a, b]]}}"):
             if name in objects:
                 self._add(Slug.DUPLICATE_NAME, f"`{name}` is a type, and also a table", _key(tables, name))
-            read[name] = self._table(name, node, objects)
-        return StaticFacts(objects, read, self._places, is_whole, self._misses_names)
+            table = self._table(name, node, objects)
+            if table is None:
+                self._unread[name] = None
+            else:
+                read[name] = table
+        return StaticFacts(objects, read, self._places, self._is_whole, self._misses_names, self._unread)
 
     def _rejected(self, types: YamlNode | None) -> dict[str, YamlNode]:
         """Return the types that cannot have their names, which is noted with the other names."""
@@ -144,8 +156,8 @@ class _FactsReader:
                     self._add(Slug.UNKNOWN_KEY, f"unknown key `{key}`", node.key_places[key], remedy)
             listed = node.get("objects")
             parent = node.get("of")
-            if parent is not None and parent.text is not None:
-                self._parents[name] = parent.text
+            if parent is not None:
+                self._read_parent(name, parent, node.key_places["of"])
         if listed is None or listed.condemned:
             return
         if not isinstance(listed.plain, list):
@@ -154,6 +166,13 @@ class _FactsReader:
             return
         for element in listed.elements:
             self._read_object(name, element)
+
+    def _read_parent(self, name: str, parent: YamlNode, place: Place) -> None:
+        if parent.text and parent.plain is not None:
+            self._parents[name] = parent.text
+        elif not parent.condemned:
+            message = f"a type is part of one other type, and `of` in `{name}` names none"
+            self._add(Slug.WRONG_SHAPE, message, place, "write the name of one type: `of: robot`")
 
     def _read_object(self, name: str, element: YamlNode) -> None:
         text = element.text
@@ -195,18 +214,19 @@ class _FactsReader:
 
     # tables
 
-    def _table(self, name: str, node: YamlNode, objects: Mapping[str, tuple[str, ...]]) -> ObjectTable:
+    def _table(self, name: str, node: YamlNode, objects: Mapping[str, tuple[str, ...]]) -> ObjectTable | None:
+        """Return a table; `None` if its types or its rows are no lists, which is noted."""
         types, rows = node.get("of"), node.get("rows")
         for key in node.items:
-            if key not in ("of", "rows"):
-                remedy = suggestion(key, ("of", "rows"), "the keys here are")
+            if key not in _TABLE_KEYS:
+                remedy = suggestion(key, _TABLE_KEYS, "the keys here are")
                 self._add(Slug.UNKNOWN_KEY, f"unknown key `{key}`", node.key_places[key], remedy)
         if not _is_list(types) or not _is_list(rows):
-            if not node.condemned:
+            if not node.condemned and not self._has_misspelt_key(node):
                 message = f"the table `{name}` needs its types under `of`, and a list of `rows`"
                 remedy = f"write `{name}: {{of: [zone, zone], rows: [[a, b]]}}`"
                 self._add(Slug.WRONG_SHAPE, message, node.place, remedy)
-            return ObjectTable(name, (), {})
+            return None
         assert types is not None  # noqa: S101 - a list
         assert rows is not None  # noqa: S101 - a list
         kinds = [element.text or "" for element in types.elements]
@@ -222,6 +242,11 @@ class _FactsReader:
             elif row is not None:
                 places[row] = node_of_row.place
         return ObjectTable(name, tuple(kinds), dict.fromkeys(places))
+
+    def _has_misspelt_key(self, table: YamlNode) -> bool:
+        """Return whether an unknown key, which is noted, probably means a key of tables that is missing."""
+        missing = [key for key in _TABLE_KEYS if key not in table.items]
+        return any(nearest(key, _TABLE_KEYS) in missing for key in table.items if key not in _TABLE_KEYS)
 
     def _refuse_row(self, name: str, row: tuple[str, ...], place: Place, first: Place) -> None:
         """Note a row that is listed twice."""
@@ -242,7 +267,7 @@ class _FactsReader:
         for cell, kind in zip(cells, kinds, strict=True):
             if cell.condemned:
                 is_right = False
-            elif kind in objects and cell.text not in objects[kind] and not self._misses_names:
+            elif kind in objects and cell.text not in objects[kind] and self._is_whole:
                 remedy = suggestion(cell.text or "", objects[kind], "its objects are")
                 message = f"`{cell.text}` is not an object of the type `{kind}`"
                 self._add(Slug.UNKNOWN_OBJECT, message, cell.place, remedy)
