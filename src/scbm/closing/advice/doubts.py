@@ -1,7 +1,8 @@
 """Doubts, the warnings of `scbm check`, as far as the text of a model shows them; each names a part of the file.
 
-These are guards that cannot hold, planning guards that read the runner's variables, variables that nothing reads,
-unhandled failures, replies without a deadline, and waivers with doubtful dates. `plan_doubts` explores the model.
+These are guards and requirements that cannot hold, planning guards that read the runner's variables, variables that
+nothing reads, unhandled failures, replies without a deadline, and waivers with doubtful dates.
+`plan_doubts` explores the model.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.model import And, Assign, Constant, Not, Or, Outcome, Slug, format_value
+from scbm.model import Always, And, Assign, Constant, Never, Not, Or, Outcome, Slug, Truth, format_value
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import unassigned, undeclared
 
@@ -54,6 +55,24 @@ def doubts_about_guards(model: BehaviorModel) -> Iterator[Doubt | Unfinished]:
     for name, goal in model.goals:
         yield from _never(goal, f"the goal {name}", ("goals", name), model)
     yield from _never(model.initial_states, "`initial_states`", ("initial_states",), model)
+
+
+def doubts_about_requirements(model: BehaviorModel) -> Iterator[Doubt]:
+    """Yield a doubt for each `always p` whose p holds in no state, and for each `never p` whose p holds in all."""
+    for name, sentence in ((each.name, each.sentence) for each in model.requirements):
+        match sentence:
+            case Always(predicate):
+                required = predicate
+            case Never(predicate):
+                required = Not(predicate)
+            case _:
+                continue
+        if is_satisfiable(required, model.running_space) is False:
+            message = f"the requirement {name} can hold in no state: {sentence}"
+            remedy = None
+            if isinstance(predicate, Truth) and model.objects is not None:
+                remedy = "only `where` leaves choices of objects out: `{requirement: always …, where: x != y}`"
+            yield Doubt(Slug.GUARD_NEVER_HOLDS, message, ("requirements", name), remedy)
 
 
 def _transitions(model: BehaviorModel) -> Iterator[tuple[tuple[str, ...], Transition]]:

@@ -10,6 +10,7 @@ from scbm.closing.advice.doubts import (
     Doubt,
     Unfinished,
     doubts_about_guards,
+    doubts_about_requirements,
     doubts_about_resources,
     doubts_about_variables,
     doubts_about_waivers,
@@ -78,7 +79,8 @@ def check_model(
     guards = tuple(doubts_about_guards(model))
     resources = chain(doubts_about_resources(model), doubts_about_requests(model), doubts_about_handshakes(model))
     waivers = () if today is None else doubts_about_waivers(model, today)
-    for doubt in chain(waivers, doubts_about_variables(model), resources, guards):
+    texts = chain(waivers, doubts_about_variables(model), resources, guards, doubts_about_requirements(model))
+    for doubt in texts:
         note(doubt)
     explained = [doubt.path for doubt in guards if isinstance(doubt, Doubt)]
     exploration = explore_model(model, limits, progress)

@@ -351,3 +351,32 @@ def test_a_timeout_that_leaves_a_domain_is_doubtful() -> None:
 @pytest.mark.parametrize("change", [("n == 2", "n == 1"), ("n += 1]}\n  step", "n <- 0]}\n  step")])
 def test_a_timeout_that_stays_in_its_domain_is_good(change: tuple[str, str]) -> None:
     assert check_model(read_model(_LATE.replace(*change))).doubts == ()
+
+
+_ROBOTS = """\
+behavior_model: robots
+types: {robot: [r1, r2]}
+variables:
+  n[robot]: {domain: bool, initial: false}
+operations:
+  inc[x in robot]: {pre: {g: n.x == false}, post: {g: true, a: [n.x <- true]}}
+requirements:
+"""
+
+
+@pytest.mark.parametrize(
+    ("requirement", "doubtful"),
+    [
+        ("r[x in robot, y in robot]: always x != y && n[x] == false", ["r.r1.r1", "r.r2.r2"]),
+        ("r[x in robot]: never x == r1 || n[x] == true", ["r.r1"]),
+        ("r: always n.r1 == true && n.r1 == false", ["r"]),
+        ("r: never n.r1 == true || n.r1 == false", ["r"]),
+        ("r[x in robot, y in robot]: never x != y && n[x] == true && n[y] == true", []),
+        ("r[x in robot, y in robot]: always x != y -> n[x] == false", []),
+        ("r[x in robot, y in robot]: {requirement: always n.x == false, where: x != y}", []),
+    ],
+)
+def test_a_requirement_that_every_run_violates_is_doubtful(requirement: str, doubtful: list[str]) -> None:
+    doubts = check_model(read_model(f"{_ROBOTS}  {requirement}\n")).doubts
+    expected = [(Slug.GUARD_NEVER_HOLDS, ("requirements", name)) for name in doubtful]
+    assert [(doubt.slug, doubt.path) for doubt in doubts] == expected
