@@ -93,3 +93,17 @@ def test_an_index_of_an_entry_that_is_an_error_itself_is_no_second_error(tmp_pat
     cell = "behavior_model: cell\ntypes: {zone: [a]}\nvariables: {'full[zoen]': {domain: bool, initial: true}}\n"
     cell += "operations: {}\ngoals: {all: 'forall z in zone. (full[z] == true)'}\n"
     assert found_in(tmp_path, cell) == ["cell:3 unknown-type"]
+
+
+@pytest.mark.parametrize("request_", ["arn[r]", "[arm]", "spindle"])
+def test_waivers_of_an_operation_that_is_an_error_are_no_further_errors(request_: str, tmp_path: Path) -> None:
+    cell = "behavior_model: cell\ntypes: {robot: [r1, r2]}\nvariables:\n  on[robot]: {domain: bool, initial: false}\n"
+    cell += "resources:\n  arm[robot]: {}\n  laser: {}\noperations:\n"
+    cell += f"  go[r in robot]:\n    request: {request_}\n    guard: on.r == false\n    effects: [on.r <- true]\n"
+    cell += "  cut: {request: lasr, guard: on.r1 == false}\nwaivers:\n"
+    names = ["go[r in robot]/failed", "go/timedout", "go.r2/queued", "cut/failed", "automatic/laser_failed"]
+    names += ["automatic/arm_failed[r in robot]", "automatic/arm_failed", "og/failed"]
+    for name in names:
+        cell += f"  - {{obligation: '{name}', reason: none, author: me, date: 2026-01-01}}\n"
+    found = found_in(tmp_path, cell)
+    assert list(dict.fromkeys(each.partition(" ")[0] for each in found)) == ["cell:10", "cell:13", "cell:22"], found

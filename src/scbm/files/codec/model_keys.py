@@ -24,6 +24,7 @@ from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, Oper
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.variable_keys import VariableKeys
 from scbm.files.codec.waiver_keys import TEXT, WAIVER_LIST, WaiverKeys, waivers_of
+from scbm.files.expansion.handshakes import misses_requests
 from scbm.files.language.scope import NAME, Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
@@ -335,7 +336,10 @@ class ModelKeys(Keys):
         self._refuse_drawn_plans(model)
         if self.waivers:
             is_whole = not self.reader.scope.incomplete
-            model = replace(model, waivers=waivers_of(self.waivers, model, is_whole=is_whole))
+            unread = [entry.name for entry, read in zip(self.operations, operations, strict=True) if read is None]
+            if misses_requests(self.node):  # a transition for failed replies is generated for each requested resource
+                unread.append("automatic")
+            model = replace(model, waivers=waivers_of(self.waivers, model, unread, is_whole=is_whole))
         return self._bound(model)
 
     def _refuse_odd_requests(self) -> None:

@@ -13,7 +13,7 @@ from scbm.files.spelling import suggestion
 from scbm.model import Slug, Waiver
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
@@ -62,16 +62,18 @@ class WaiverKeys(Keys):
     expires = Key(_DATE_TYPE, "The last day on which the waiver counts.", absent="it does not expire")
     where = where_key()
 
-    def waiver(self, known: Iterable[str], *, is_whole: bool) -> Waiver | None:
+    def waiver(self, known: Iterable[str], unread: Collection[str], *, is_whole: bool) -> Waiver | None:
         """Return the waiver; `None` if something in it is wrong, which is noted.
 
         Args:
             known: the names of the obligations of the model.
+            unread: the first words of obligations of entries that have errors.
             is_whole: whether these are all obligations; if not, an unknown one is no error.
         """
         node, names = self.obligation, list(known)
-        if node is not None and node.text not in names and is_whole:
-            remedy = suggestion(node.text or "", names, "the obligations are")
+        text = "" if node is None else node.text or ""
+        if node is not None and text not in names and text.partition("/")[0] not in unread and is_whole:
+            remedy = suggestion(text, names, "the obligations are")
             message = f"the model has no obligation `{node.text}`"
             self.reader.add(Slug.UNKNOWN_OBLIGATION, message, node.place, remedy)
         reason, author, day, expires = self.reason, self.author, self.date, self.expires
@@ -86,25 +88,30 @@ class WaiverKeys(Keys):
 WAIVER_LIST = MappingListType(WaiverKeys, "list of waivers")
 
 
-def waivers_of(entries: Iterable[WaiverKeys], model: BehaviorModel, *, is_whole: bool = True) -> tuple[Waiver, ...]:
+def waivers_of(
+    entries: Iterable[WaiverKeys], model: BehaviorModel, unread: Collection[str] = (), *, is_whole: bool = True
+) -> tuple[Waiver, ...]:
     """Return the waivers of a list, in its order; note unknown obligations, and obligations with two waivers.
 
     Args:
         entries: the waivers.
         model: the model that has the obligations.
+        unread: the first words of obligations of entries that have errors: `move`, or `automatic`.
         is_whole: whether all of the model could be read; if not, an unknown obligation is no error.
     """
-    return tuple(_checked(entries, model, is_whole=is_whole))
+    return tuple(_checked(entries, model, unread, is_whole=is_whole))
 
 
-def _checked(entries: Iterable[WaiverKeys], model: BehaviorModel, *, is_whole: bool) -> Iterator[Waiver]:
+def _checked(
+    entries: Iterable[WaiverKeys], model: BehaviorModel, unread: Collection[str], *, is_whole: bool
+) -> Iterator[Waiver]:
     from scbm.cases.coverage import Obligations  # noqa: PLC0415 - few models have waivers
 
     known = [str(obligation) for obligation in Obligations.of(model)]
     first: dict[str, Waiver] = {}
     noted: list[Place] = []
     for entry in entries:
-        waiver = entry.waiver(known, is_whole=is_whole)
+        waiver = entry.waiver(known, unread, is_whole=is_whole)
         if waiver is None:
             continue
         if waiver.obligation in first and waiver.place is not None:

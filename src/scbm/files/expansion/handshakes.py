@@ -54,6 +54,14 @@ def expand_handshakes(document: YamlNode, report: ErrorCollector) -> YamlNode:
     return with_entries(document, [*entries, *([automatic] if automatic is not None and replaced else [])])
 
 
+def misses_requests(document: YamlNode) -> bool:
+    """Return whether an operation names no known resource under `request`: then generated transitions are missing."""
+    operations, resources = document.get("operations"), document.get("resources")
+    known = resources.items if resources is not None else {}
+    requests = (node.get("request") for node in (operations.items.values() if operations is not None else ()))
+    return any(request is not None and request.text not in known for request in requests)
+
+
 def _requests(operation: YamlNode) -> bool:
     """Return whether an operation names a resource under `request`."""
     request = operation.get("request")

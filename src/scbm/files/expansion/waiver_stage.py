@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, text_node, with_entries
 from scbm.files.expansion.formulas import LiftedFault
+from scbm.files.expansion.handshakes import misses_requests
 from scbm.files.expansion.lifted_entries import LiftedKey, TooManyChoices, choices_of, lifted_key, without_errors
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, without
@@ -42,12 +43,14 @@ class WaivableEntries:
         plain: the entries without parameters.
         variables: the variables of the model, which conditions on objects cannot read.
         kinds: the types of the parameters of each entry with parameters; none for a model whose file is not at hand.
+        misses_transitions: whether transitions for failed replies may be missing: an operation requests no resource.
     """
 
     instances: dict[str, list[tuple[str, ...]]] = field(default_factory=dict)
     plain: list[str] = field(default_factory=list)
     variables: tuple[str, ...] = ()
     kinds: dict[str, list[tuple[str, ...]]] = field(default_factory=dict)
+    misses_transitions: bool = False
 
     def add(self, section: str, name: str, lifted: str | None) -> None:
         """Add a ground entry; `lifted` is the entry that it is an instance of."""
@@ -63,6 +66,7 @@ class WaivableEntries:
         """Return the entries of a model file: the tree before its objects are expanded, and the tree after that."""
         variables = ground.get("variables")
         found = WaivableEntries(variables=tuple(variables.items) if variables is not None else ())
+        found.misses_transitions = misses_requests(ground)
         for section, prefix in _PREFIXES.items():
             written, node = lifted.get(section), ground.get(section)
             for key in written.items if written is not None else ():
@@ -182,7 +186,8 @@ class _WaiverStage:
     def _is_unknown(self, obligation: YamlNode, text: str, base: str, rest: str, *, is_lifted: bool) -> bool:
         """Return whether an obligation of no entry with parameters is an error, which is noted."""
         lifted = list(self._entries.instances)
-        if self._names.facts.misses_names:
+        is_automatic = base.startswith(_PREFIXES["automatic_transitions"])
+        if self._names.facts.misses_names or (is_automatic and self._entries.misses_transitions):
             return is_lifted
         if is_lifted:
             message = f"no entry with parameters has the name `{base}`"
