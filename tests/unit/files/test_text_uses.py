@@ -224,3 +224,16 @@ def test_an_anchored_argument_names_the_alias_and_the_line_of_the_part(tmp_path:
     (found,) = found_in(tmp_path, cell=cell, device=DEVICE)
     assert shown(found.place) == "cell:4 cell:14 device:13 cell:10"
     wording((found.message,))
+
+
+def test_an_error_of_an_anchored_text_is_one_whatever_it_calls_its_uses(tmp_path: Path) -> None:
+    cell = "behavior_model: cell\nvariables:\n  a: &d {domain: [aa, bb], initial: cc}\n  b: *d\n  c: *d\n"
+    cell += (
+        "  e: {domain: bool, initial: &f dd}\n  f: {domain: 0..3, initial: *f}\n  g: {domain: [u, v], initial: *f}\n"
+    )
+    found = found_in(tmp_path, cell=cell + "operations: {}\n")
+    assert [f"{each.slug} {shown(each.place)}" for each in found] == [
+        "value-outside-domain cell:3",
+        "different-kinds cell:6",
+        "value-outside-domain cell:6 cell:8",
+    ]

@@ -28,6 +28,9 @@ _MAX_CHARACTERS = 400
 """The maximum length of a message: names and domains in it can have any length."""
 
 
+_QUOTED = re.compile(r"`[^`]*`")
+
+
 @dataclass(slots=True)
 class _NotedError:
     """An error that several instances of one entry may have.
@@ -58,6 +61,7 @@ class ErrorCollector:
         self._others: dict[str, SourceText] = {}
         self._users: dict[str, Place] = {}
         self._found: dict[tuple[Place, Slug, str], _NotedError] = {}
+        self._first_uses: dict[tuple[Place, Slug, str], tuple[tuple[Place, Slug, str], Place | None]] = {}
         self._folded: dict[tuple[str, int], int] = {}
         self._parameters: dict[tuple[str, int], Mapping[str, str]] = {}
         self._names: InstanceNames | None = InstanceNames()
@@ -134,6 +138,7 @@ class ErrorCollector:
         instances = self._folded.get((place.file, place.line))
         lifted = self._as_written(message, place, is_lifted=True)
         key = (place, slug, lifted if instances is None else names.without_objects(lifted))
+        key = self._first_use(key)
         noted = self._found.get(key)
         if noted is not None and _number_of_users(noted.first.place) <= _number_of_users(place):
             noted.count += 1
@@ -146,6 +151,16 @@ class ErrorCollector:
         self._found[key] = _NotedError(first, self._diagnostic(slug, lifted, place, shown), number, count)
         if len(self._found) >= MAX_ERRORS:
             raise self.error()
+
+    def _first_use(self, key: tuple[Place, Slug, str]) -> tuple[Place, Slug, str]:
+        """Return the key of the same error of an earlier use of an anchored text; `key` itself if there is none.
+
+        The errors of two uses may differ in the names that they quote, such as that of the variable.
+        """
+        place, slug, message = key
+        first, user = self._first_uses.setdefault((place, slug, _QUOTED.sub("``", message)), (key, place.user))
+        has_alias = any(each is not None and each.file == place.file for each in (user, place.user))
+        return first if has_alias and user != place.user else key
 
     def warn(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
         """Note one warning, which is shown if the text has no errors."""
@@ -216,6 +231,7 @@ class ErrorCollector:
         copied._others.update(self._others)
         copied._users.update(self._users)
         copied._found.update((key, replace(noted)) for key, noted in self._found.items())
+        copied._first_uses.update(self._first_uses)
         copied._folded.update(self._folded)
         copied._parameters.update(self._parameters)
         copied._names = self._names
