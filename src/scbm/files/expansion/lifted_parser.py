@@ -33,6 +33,7 @@ from scbm.files.expansion.formulas import (
     Tightness,
     relation_holds,
 )
+from scbm.files.expansion.lifted_syntax import quantified_fault
 from scbm.files.expansion.lifted_tokens import LiftedToken, phrase_at, tokens_of
 from scbm.files.expansion.static_facts import QUANTIFIERS, WORD
 from scbm.files.language.grammar import keywords
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from scbm.files.expansion.lifted_names import LiftedScope, NoteFault
     from scbm.files.expansion.lifted_tokens import Piece
     from scbm.files.expansion.static_facts import ObjectTable
+    from scbm.files.language.syntax import Start
 
 _RELATIONS = ("==", "!=", "<", "<=", ">", ">=")
 _CONNECTIVES = ("&&", "||", "->")
@@ -81,6 +83,7 @@ class LiftedParser:
         self._instances = 1
         self._dynamic_atoms: list[Sequence[LiftedToken]] = []
         self._is_unparsed = False
+        self._is_region = False
         self.is_lifted = False
 
     # whole texts
@@ -89,6 +92,8 @@ class LiftedParser:
         """Return the predicate."""
         if not self._tokens:
             return AtomFormula([(self._text, 0, len(self._text))])
+        if not self._is_region and self._has_fault("predicate"):
+            return ConstantFormula(True)
         outer = self._scope
         try:
             formula = self._implication()
@@ -99,6 +104,14 @@ class LiftedParser:
             self._note = _passed_on
             return self._dynamic(0, len(self._tokens))
         return formula
+
+    def _has_fault(self, start: Start) -> bool:
+        """Return whether a text with quantifiers has a syntax error, which is noted."""
+        fault = quantified_fault(self._text, start, self._scope.names.facts.tables)
+        if fault is not None:
+            self._note(fault.slug, fault.message, fault.begin, fault.end, fault.remedy)
+            self.is_lifted = True
+        return fault is not None
 
     def _expect_end(self) -> None:
         if self._index < len(self._tokens):
@@ -153,6 +166,8 @@ class LiftedParser:
 
     def requirement(self) -> list[Formula | Piece]:
         """Return the predicates of a requirement, and the words between them."""
+        if self._has_fault("requirement"):
+            return [ConstantFormula(True)]
         parts: list[Formula | Piece] = []
         index = begin = 0
         forms = tuple(FORMS.values())
@@ -172,6 +187,7 @@ class LiftedParser:
             return []
         part = LiftedParser(self._text, self._scope, self._note)
         part._tokens = self._tokens[begin:end]
+        part._is_region = True
         predicate = part.predicate()
         self.is_lifted = self.is_lifted or part.is_lifted
         return [predicate]
