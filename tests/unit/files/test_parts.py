@@ -577,3 +577,63 @@ def test_a_byte_of_a_part_that_is_not_utf8_has_its_place_in_the_part(tmp_path: P
     assert (found.slug, found.place.file) == (Slug.NOT_UTF8, str(tmp_path / "latin.yaml"))
     assert (found.place.line, found.place.column) == (2, 6)
     assert f"used in {model}:3" in found.message
+
+
+CNC = """\
+part: cnc
+parameters:
+  cycle: {default: 40 s}
+  limit: {default: 60 s}
+  stop: {help: stop variable}
+types: {shelf: [s1, s2]}
+variables:
+  work: {domain: [none, raw, cut], initial: none}
+  slot[shelf]: {domain: bool, initial: false}
+resources:
+  spindle: {simulation: {latency: cycle}}
+operations:
+  cut: {request: spindle, deadline: limit, guard: work == raw && stop == healthy, effects: [work <- cut]}
+  put[s in shelf]: {pre: {g: work == cut && slot.s == false}, post: {g: true, a: [work <- none, slot.s <- true]}}
+goals:
+  all_cut: forall s in shelf. (slot[s] == true)
+"""
+
+LINE = """\
+behavior_model: line
+parts:
+  m1: {use: cnc.yaml, with: {stop: estop}}
+  m2: {use: cnc.yaml, with: {stop: estop}}
+variables:
+  estop: {domain: [healthy, pressed], initial: healthy, source: input}
+operations:
+  load: {pre: {g: m1.work == none}, post: {g: true, a: [m1.work <- raw]}}
+  reload: {pre: {g: m2.work == none}, post: {g: true, a: [m2.work <- raw]}}
+goals:
+  done: m1.work == cut
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "underlined"),
+    [
+        ("stop == healthy", "stpo == healthy", "stpo"),
+        ("guard: work ==", "guard: wrk ==", "wrk"),
+        ("guard: work ==", "guard: zzz ==", "zzz"),
+        ("latency: cycle", "latency: cylce", "cylce"),
+        ("deadline: limit", "deadline: limt", "limt"),
+        ("put[s in shelf]", "put[s in shelv]", "shelv"),
+        ("request: spindle", "request: spindel", "spindel"),
+    ],
+)
+def test_remedies_in_a_part_name_what_the_part_knows(
+    tmp_path: Path, right: str, wrong: str, underlined: str, wording: Wording
+) -> None:
+    (tmp_path / "cnc.yaml").write_text(CNC.replace(right, wrong))
+    (tmp_path / "line.yaml").write_text(LINE)
+    with pytest.raises(InputError) as caught:
+        load_model(tmp_path / "line.yaml")
+    (found,) = caught.value.diagnostics
+    line = found.source_line or ""
+    assert line[found.place.column - 1 :][: found.place.length] == underlined
+    assert "estop" not in (found.remedy or "")
+    wording(found.remedy or "")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.resolver import Resolver
 from scbm.files.language.scope import NAME, Scope, Where, name_fault
-from scbm.files.spelling import suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.model import Place, Slug
 from scbm.model.predicates import FALSE, TRUE, Predicate, conjunction, flat_conjunction
 from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
@@ -65,7 +65,7 @@ class ValueReader:
         """Note that no variable has this name."""
         if not self.scope.incomplete:
             known = [n for n, v in self.scope.variables.items() if v is None or v.role is Role.DECLARED]
-            remedy = suggestion(name, known, "the variables are")
+            remedy = self.report.suggestion(name, known, "the variables are", place)
             self.add(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", place, remedy)
 
     def model_name(self, node: YamlNode, text: str) -> str:
@@ -118,7 +118,9 @@ class ValueReader:
             if element.text in self.scope.operations:
                 names.append(element.text)
             else:
-                remedy = suggestion(element.text, self.scope.operations, "the operations are")
+                remedy = self.report.suggestion(
+                    element.text, self.scope.operations, "the operations are", element.place
+                )
                 message = f"there is no operation `{element.text}`"
                 self.add(Slug.UNKNOWN_OPERATION, message, element.place, remedy)
         return tuple(names)
@@ -127,7 +129,7 @@ class ValueReader:
         """Return the resource with this name."""
         known = self.scope.resources
         if text not in known:
-            remedy = suggestion(text, known, "the resources are")
+            remedy = self.report.suggestion(text, known, "the resources are", node.place)
             self.add(Slug.UNKNOWN_RESOURCE, f"there is no resource `{text}`", node.place, remedy)
         return known.get(text)
 
@@ -185,6 +187,8 @@ class ValueReader:
         else:
             remedy = "write a number and a unit: `10 s`, `500 ms`, `2 minutes`"
             message = f"`{text}` is not a duration"
+            near = nearest(text, self.report.parameters_of_part(node.place))
+            remedy = f"{remedy}, or the parameter `{near}`" if near is not None else remedy
             if _LONG_DURATION.fullmatch(text):
                 message = f"`{text}` is too large: the number of a duration has at most 15 digits before its point"
             self.add(Slug.BAD_DURATION, message, node.place, remedy)
@@ -258,7 +262,10 @@ class ValueReader:
         def complain(slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
             self.add(slug, message, scalar.stretch(begin, end), remedy)
 
-        return Resolver(self.scope, where, complain)
+        def suggest(name: str, known: Iterable[str], what: str, begin: int, end: int) -> str | None:
+            return self.report.suggestion(name, known, what, scalar.stretch(begin, end))
+
+        return Resolver(self.scope, where, complain, suggest)
 
 
 def _value_remedy(node: YamlNode, domain: Domain) -> str:

@@ -152,7 +152,18 @@ class _KeyReader:
 
     def _refuse(self, slug: Slug, message: str, begin: int, length: int, remedy: str | None = None) -> None:
         self.is_right = False
-        self.report.add(slug, message, part_of_key(self.place, self.text, begin, length), remedy)
+        self.report.add(slug, message, self._place_of(begin, length), remedy)
+
+    def _place_of(self, begin: int, length: int) -> Place:
+        """Return the place of some characters of the key; in a part, the written key has no prefix."""
+        written = self.report.underlined(self.place)
+        word = self.text[begin : begin + length]
+        if self.text in written or not WORD.fullmatch(word):
+            return part_of_key(self.place, self.text, begin, length)
+        found = list(re.finditer(rf"\b{re.escape(word)}\b", written))
+        if len(found) != 1:
+            return self.place
+        return replace(self.place, column=self.place.column + found[0].start(), length=length)
 
 
 def part_of_key(place: Place, text: str, begin: int, length: int) -> Place:

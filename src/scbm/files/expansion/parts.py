@@ -23,6 +23,7 @@ from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import name_fault
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.document import YamlNode
+from scbm.files.yaml.instance_names import CopiedNames
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_events import MAX_NODES
 from scbm.model import Diagnostic, InputError, Slug
@@ -58,7 +59,8 @@ def expand_parts(document: YamlNode, report: ErrorCollector, keys: PartKeyNames)
     for copied, prefix in expansion.copies:
         if prefix:
             prefixes.setdefault(copied, []).append(prefix)
-    report.name_copies(prefixes)
+    parameters = expansion.files.parameters
+    report.name_copies({used: CopiedNames(tuple(each), parameters[used]) for used, each in prefixes.items()})
     return replace(whole, incomplete=whole.incomplete or expansion.misses_names)
 
 
@@ -387,6 +389,12 @@ class PartFiles:
     report: ErrorCollector
     keys: PartKeyNames
     _opened: dict[Path, PartFile | None] = field(default_factory=dict)
+
+    @property
+    def parameters(self) -> dict[str, tuple[str, ...]]:
+        """The parameters of each opened part, by the file of the part."""
+        opened = [part for part in self._opened.values() if part is not None]
+        return {part.document.place.file: tuple(part.parameters) for part in opened}
 
     def open(self, named: YamlNode, user: Path) -> PartFile | None:
         """Return the part that a node names; `None` after an error, which is noted.

@@ -42,7 +42,7 @@ from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
 from scbm.model.variables import Role, Variable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from scbm.model.requirements import RequirementForm
 
@@ -62,6 +62,17 @@ class Complain(Protocol):
         """Note an error."""
 
 
+class Suggest(Protocol):
+    """Returns a remedy for an unknown name in the stretch of a text from `begin` to `end`."""
+
+    def __call__(self, name: str, known: Iterable[str], what: str, begin: int, end: int) -> str | None:
+        """Return the most similar known name; otherwise the known names after the words `what`."""
+
+
+def _suggestion(name: str, known: Iterable[str], what: str, begin: int, end: int) -> str | None:  # noqa: ARG001 - a text alone is in no part
+    return suggestion(name, known, what)
+
+
 @dataclass(frozen=True, slots=True)
 class _Word:
     """A term that is a name but no variable: a symbol or a mistake, depending on the other operand."""
@@ -79,6 +90,7 @@ class Resolver:
     scope: Scope
     where: Where
     complain: Complain
+    suggest: Suggest = _suggestion
     _start: Start = field(default="predicate", init=False)
 
     # whole texts
@@ -258,11 +270,13 @@ class Resolver:
 
     def _unknown_variable(self, name: str, begin: int, end: int) -> None:
         if self.scope.is_object(name):
-            remedy = suggestion("", self._readable(), "the variables are")
+            remedy = self.suggest("", self._readable(), "the variables are", begin, end)
             message = f"`{name}` is an object, and a variable is needed here"
             self.complain(Slug.UNKNOWN_VARIABLE, message, begin, end, remedy)
         elif not self.scope.incomplete:
-            remedy = NO_CLOCKS if name.lower() in _CLOCKS else suggestion(name, self._readable(), "the variables are")
+            is_clock = name.lower() in _CLOCKS
+            near = None if is_clock else self.suggest(name, self._readable(), "the variables are", begin, end)
+            remedy = NO_CLOCKS if is_clock else near
             self.complain(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", begin, end, remedy)
 
     def _refuse_two_values(self, tree: SyntaxTree, left: object, right: object) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 _NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
 _PARAMETER = re.compile(r"[A-Za-z_]\w*", re.ASCII)
@@ -26,9 +26,20 @@ class CopiedNames:
 
     Attributes:
         prefixes: the prefix of each copy, such as `left.`.
+        parameters: the parameters of the part.
     """
 
     prefixes: tuple[str, ...]
+    parameters: tuple[str, ...] = ()
+
+    def by_own_name(self, known: Iterable[str]) -> dict[str, str]:
+        """Return the names of a model that the part declares, by their names in the part; of copies, those of one."""
+        found: dict[str, str] = {}
+        for name in known:
+            prefix = next((prefix for prefix in self.prefixes if name.startswith(prefix)), None)
+            if prefix is not None:
+                found.setdefault(name.removeprefix(prefix), name)
+        return found
 
     def in_text(self, text: str) -> str:
         """Return a text with names as the part has them; names of transitions may begin with what they do."""

@@ -10,15 +10,17 @@ import stat
 from dataclasses import dataclass, replace
 from typing import IO, TYPE_CHECKING
 
-from scbm.files.spelling import nearest
+from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.document import YamlNode, read_document
-from scbm.files.yaml.instance_names import CopiedNames, InstanceNames
+from scbm.files.yaml.instance_names import InstanceNames
 from scbm.files.yaml.source_text import SourceText
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from pathlib import Path
+
+    from scbm.files.yaml.instance_names import CopiedNames
 
 
 MAX_ERRORS = 100
@@ -95,13 +97,41 @@ class ErrorCollector:
         self._make_names = make_names
         self._names = None
 
-    def name_copies(self, prefixes: Mapping[str, Sequence[str]]) -> None:
+    def name_copies(self, copies: Mapping[str, CopiedNames]) -> None:
         """Write names in errors about parts as the file of the part has them.
 
         Args:
-            prefixes: by the file of a part, the prefixes of its copies.
+            copies: the names of the copies of parts, by the file of the part.
         """
-        self._copies = {file: CopiedNames(tuple(each)) for file, each in prefixes.items()}
+        self._copies = dict(copies)
+
+    def suggestion(self, name: str, known: Iterable[str], what: str, place: Place) -> str | None:
+        """Return a remedy for an unknown name: the most similar one, else the list of known names.
+
+        A part knows its own names and its parameters. Other names would tie it to one model.
+
+        Args:
+            name: the unknown name.
+            known: the names of the model that fit here.
+            what: what the list begins with; empty for no list.
+            place: where the unknown name stands.
+        """
+        copies = self._copies.get(place.file)
+        own = {each: each for each in known} if copies is None else copies.by_own_name(known)
+        parameters = () if copies is None else copies.parameters
+        near = nearest(name if copies is None else copies.in_text(name), (*own, *parameters))
+        if near is not None:
+            return f"did you mean `{own.get(near, near)}`?"
+        return suggestion("", own.values(), what) if what else None
+
+    def parameters_of_part(self, place: Place) -> tuple[str, ...]:
+        """Return the parameters of the part that a place is in; none for a place in a model."""
+        copies = self._copies.get(place.file)
+        return () if copies is None else copies.parameters
+
+    def underlined(self, place: Place) -> str:
+        """Return the text that errors at a place underline."""
+        return (self._source_line(place) or "")[place.column - 1 :][: place.length]
 
     def add_source(self, source: SourceText, user: Place | None = None) -> None:
         """Take another file, whose lines are shown with the errors in it; its errors follow those of earlier files.

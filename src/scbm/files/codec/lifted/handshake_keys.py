@@ -58,7 +58,8 @@ class HandshakeKeys(Keys):
             if resource in requests:
                 self._refuse_odd_payload(resource, requests[resource])
             elif is_whole:
-                remedy = suggestion(resource, requests, "the resources are") or f"add `{resource}` to `resources`"
+                near = self.reader.report.suggestion(resource, requests, "the resources are", self.request.place)
+                remedy = near or f"add `{resource}` to `resources`"
                 message = f"there is no resource `{resource}`"
                 self.reader.add(Slug.UNKNOWN_RESOURCE, message, self.request.place, remedy)
 
