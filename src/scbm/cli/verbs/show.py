@@ -17,7 +17,7 @@ def command(
     model: Model,
     *,
     expanded: Annotated[
-        bool, typer.Option("--expanded", help="Print the model with its templates, parts and short forms written out.")
+        bool, typer.Option("--expanded", help="Print the model with its objects, parts and short forms written out.")
     ] = False,
     json: Json = False,
 ) -> int:
