@@ -200,3 +200,11 @@ def test_types_without_a_common_object_are_an_error_if_they_have_a_common_parent
 def test_a_type_fits_that_has_or_may_get_a_common_object(obligation: str, count: int) -> None:
     model, _ = read_located(PARENTS % obligation)
     assert len(model.waivers) == count
+
+
+@pytest.mark.parametrize("obligation", ["move/failed", "automatic/spindle_failed"])
+def test_a_reason_of_several_instances_has_no_unknown_parameter(read: Callable[..., Read], obligation: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read(f'obligation: {obligation}, reason: "no {{x}}"')
+    (found,) = caught.value.diagnostics
+    assert (found.slug, found.place.length) == (Slug.UNKNOWN_OBJECT, 1)

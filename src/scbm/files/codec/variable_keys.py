@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.key_types import SCALAR_SCHEMA, VALUE, ScalarOrListType, ScalarType, node_of
-from scbm.files.codec.keys import Key, Keys
+from scbm.files.codec.key_types import SCALAR_SCHEMA, ScalarOrListType, ScalarType, node_of, scalar_node
+from scbm.files.codec.keys import Key, Keys, ShapeCheck, Spot
 from scbm.files.codec.lifted.object_keys import where_key
 from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import NAME
@@ -125,6 +125,21 @@ def _domain_remedy(written: str) -> str:
 # values of a domain
 
 
+class _InitialType(ScalarType["YamlNode"]):
+    """The initial value of a variable."""
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note everything but a scalar; for a value of each object, say that entries have them."""
+        if isinstance(spot.node.plain, dict):
+            remedy = "write an entry for the objects of each value, such as `at[r in robot]: {…, where: r == r1}`"
+            check.wrong_shape(spot, self.expected, remedy)
+        else:
+            super().check(spot, check)
+
+
+_INITIAL = _InitialType("value", "a value", SCALAR_SCHEMA, scalar_node)
+
+
 def read_values(reader: ValueReader, node: YamlNode, domain: Domain, name: str) -> tuple[Value, ...]:
     """Return the values of variable `name` that `any` or a list stands for; none if the node is wrong."""
     if not isinstance(node.plain, list):
@@ -196,7 +211,7 @@ class VariableKeys(Keys):
         "Its values: `bool`, a list of symbols such as `[open, closed]`, or a range of integers such as `0..5`.",
         required=True,
     )
-    initial = Key(VALUE, "The nominal initial value.", required=True)
+    initial = Key(_INITIAL, "The nominal initial value.", required=True)
     random = Key(
         VALUES,
         "The values that random initial states draw from, each equally probable.",

@@ -140,7 +140,7 @@ class LiftedParser:
             return
         shown = variables[0].text if words else self._text[tokens[0].begin : tokens[-1].end]
         message = f"`where` is decided as the model is read, and `{shown}` is no parameter, object or table"
-        remedy = "move this condition to the guard"
+        remedy = "move this condition to the guard, or to the predicate of a goal"
         self._note(Slug.NOT_STATIC, message, tokens[0].begin, tokens[-1].end, remedy)
 
     def _is_index(self, word: LiftedToken) -> bool:

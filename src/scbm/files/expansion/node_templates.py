@@ -338,6 +338,16 @@ class NameTemplate(NodeTemplate):
         return [self._scalar.ground(lambda: self._name.pieces(choice))]
 
 
+def refuse_parameters_in_text(node: YamlNode, report: ErrorCollector, remedy: str) -> None:
+    """Note each `{r}` in a text for people whose entry has no parameters, although it stands for several instances."""
+    scalar = node.scalar
+    if scalar is None:
+        return
+    for match in _IN_TEXT.finditer(scalar.text):
+        message = f"there is no parameter `{match[1]}`"
+        report.add(Slug.UNKNOWN_OBJECT, message, scalar.stretch(*match.span(1)), remedy)
+
+
 class TextTemplate(NodeTemplate):
     """A text for people or for drivers, in which `{r}` stands for an object."""
 

@@ -204,7 +204,7 @@ class _ObjectStage:
         node = without(entry.node, "where")
         if key is None:
             message = f"`where` chooses objects, and `{entry.key}` has no parameters"
-            remedy = f"write `{entry.key}[r in robot]`, or a guard in place of `where`"
+            remedy = f"write `{entry.key}[r in robot]`, or move the condition to the guard, or to a goal itself"
             self._report.add(Slug.NOT_STATIC, message, entry.node.key_places["where"], remedy)
             return node, []
         return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conjuncts()]

@@ -13,7 +13,13 @@ from scbm.files.expansion.formulas import LiftedFault
 from scbm.files.expansion.handshakes import misses_requests
 from scbm.files.expansion.lifted_entries import LiftedKey, TooManyChoices, choices_of, lifted_key, without_errors
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
-from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, without
+from scbm.files.expansion.node_templates import (
+    PredicateTemplate,
+    TemplateMaker,
+    last_line,
+    refuse_parameters_in_text,
+    without,
+)
 from scbm.files.expansion.static_facts import StaticFacts, facts_of, joined, read_facts
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.text_files import ErrorCollector
@@ -163,6 +169,10 @@ class _WaiverStage:
         chosen = instances if key is None else self._chosen(key, instances, conditions)
         if chosen is not None and not chosen:
             self._warn_of_no_instance(obligation, base, has_any=bool(instances))
+        reason = node.get("reason")
+        if key is None and reason is not None:
+            remedy = f"give the obligation parameters: `{base}[r in robot]{rest}`, or leave out the braces"
+            refuse_parameters_in_text(reason, self._report, remedy)
         template = TemplateMaker(scope, self._report).template(node)
         for choice in chosen or ():
             ground = template.node(_named(key, choice))
