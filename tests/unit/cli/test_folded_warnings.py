@@ -114,3 +114,15 @@ def test_suggestions_and_reasons_name_the_entry(scbm: Scbm, model: Path) -> None
     closed = scbm("close", model).out
     assert "n[robot] += 1" in closed
     assert "n.r1 += 1" not in closed
+
+
+def test_check_counts_the_warnings_of_a_model_once(scbm: Scbm, tmp_path: Path) -> None:
+    """Those of the file and those of the exploration have one number."""
+    empty = (
+        "  lift[t in tray]: {pre: {g: true}, post: {g: true}}\n  drop[t in tray]: {pre: {g: true}, post: {g: true}}\n"
+    )
+    text = MODEL.replace("types:\n", "types:\n  tray: []\n").replace("operations:\n", f"operations:\n{empty}")
+    (tmp_path / "many.yaml").write_text(text)
+    lines = scbm("check", str(tmp_path / "many.yaml")).out.splitlines()
+    heads = sum(" warning[" in line for line in lines)
+    assert [line for line in lines if line.endswith(" warnings")] == [f"{tmp_path / 'many.yaml'}: {heads} warnings"]

@@ -66,8 +66,8 @@ def _check(
     path: Path, model: BehaviorModel, places: Places, limits: CheckLimits, bindings: Path | None, *, quiet: bool
 ) -> dict[str, Any]:
     out, doubts, shown = results(), list[Doubt](), list(places.warnings)
-    if not quiet:
-        out.diagnostics(shown)
+    for warning in () if quiet else shown:
+        out.diagnostics([warning])  # one at a time: the number of all warnings follows the last one
 
     def found(doubt: Doubt) -> None:
         doubts.append(doubt)

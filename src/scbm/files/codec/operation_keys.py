@@ -55,7 +55,7 @@ def read_actions(
             target = reader.alias(action.target)
             if target in assigned:
                 message = f"`{action.target}` is assigned twice; the actions of a transition happen at once"
-                reader.add(Slug.ASSIGNED_TWICE, message, element.place, _other_remedy(*assigned[target]))
+                reader.add(Slug.ASSIGNED_TWICE, message, element.place, _other_remedy(reader, *assigned[target]))
             assigned.setdefault(target, (action, element))
             actions.append(action)
         read.append(tuple(actions))
@@ -80,10 +80,12 @@ def _refuse_many_cases(reader: ValueReader, actions: Sequence[Action], place: Pl
         reader.add(Slug.DOMAIN_TOO_LARGE, message, place, "use smaller domains, or assign fewer sums in one step")
 
 
-def _other_remedy(other: Action, element: YamlNode) -> str:
-    """Return the remedy that names the other assignment, and the key that a generated one comes from."""
-    is_generated = isinstance(element.scalar, PlacedScalar)
-    return f"the other is `{other}`" + (", which `request` stands for" if is_generated else "")
+def _other_remedy(reader: ValueReader, other: Action, element: YamlNode) -> str:
+    """Return the remedy that names the other assignment as written, or the key that generates it."""
+    if isinstance(element.scalar, PlacedScalar):
+        return f"the other is `{other}`, which `request` stands for"
+    written = reader.report.underlined(element.place).strip("\"' ")
+    return f"the other is `{written if '<-' in written else other}`"
 
 
 def _transition(key: str, default_name: str) -> Callable[[Operation], Transition | None]:
