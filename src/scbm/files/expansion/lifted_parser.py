@@ -37,6 +37,7 @@ from scbm.files.expansion.lifted_syntax import quantified_fault
 from scbm.files.expansion.lifted_tokens import LiftedToken, phrase_at, tokens_of
 from scbm.files.expansion.static_facts import QUANTIFIERS, WORD
 from scbm.files.language.grammar import keywords
+from scbm.files.language.syntax import misspelt_opening
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import FORMS, Slug
 
@@ -166,6 +167,10 @@ class LiftedParser:
 
     def requirement(self) -> list[Formula | Piece]:
         """Return the predicates of a requirement, and the words between them."""
+        misspelt = misspelt_opening(self._text)
+        if misspelt is not None and self._tokens[1].is_name and self._tokens[0].text not in QUANTIFIERS:
+            self._note(misspelt.slug, misspelt.message, misspelt.begin, misspelt.end, misspelt.remedy)
+            return [ConstantFormula(True)]
         if self._has_fault("requirement"):
             return [ConstantFormula(True)]
         parts: list[Formula | Piece] = []
@@ -287,6 +292,8 @@ class LiftedParser:
         if not word.is_name or self._index + 1 == len(self._tokens):
             return
         example = _EXAMPLE.format(word.text)
+        if word.text in QUANTIFIERS and self._peek(1) == "(" and self._peek(3) in ("in", ":"):
+            self._refuse(word, f"the parameters of this `{word.text}` stand in brackets", example)
         if word.text in QUANTIFIERS and self._peek(1) in ("in", ":") and self._peek(3) == ".":
             self._refuse(word, f"a parameter is missing after this `{word.text}`", example)
         if not self._tokens[self._index + 1].is_name or self._peek(2) not in ("in", ":") or self._peek(4) != ".":
@@ -419,7 +426,8 @@ class LiftedParser:
         if len(tokens) == 1 and term is not None:
             self._scope.refuse_bare(term, tokens[0], self._note)
             return ConstantFormula(True)
-        static = self._equality(tokens) or self._membership(tokens) or self._order(tokens)
+        static = self._equality(tokens) or self._misspelt_type(tokens)
+        static = static or self._membership(tokens) or self._order(tokens)
         if static is None:
             self._dynamic_atoms.append(tokens)
             return self._dynamic(begin, end)
@@ -500,6 +508,16 @@ class LiftedParser:
         equal = [EqualityFormula(term, member, equal=True) for member in members_of if member is not None]
         span = (tokens[at].begin, tokens[at].end)
         return JointFormula(Tightness.DISJUNCTION, equal, span) if equal else None
+
+    def _misspelt_type(self, tokens: Sequence[LiftedToken]) -> Formula | None:
+        """Note `v in zonee`, with a word close to a type; `None` for anything else."""
+        last, types = tokens[-1], self._scope.names.facts.types
+        if len(tokens) < 3 or tokens[-2].text != "in" or not last.is_name or last.text in (*types, *keywords()):  # noqa: PLR2004 - `v in zone`
+            return None
+        if nearest(last.text, types) is None:
+            return None
+        self._check_type(last)
+        return ConstantFormula(True)
 
     def _unknown_table(self, tokens: Sequence[LiftedToken]) -> Formula:
         facts = self._scope.names.facts

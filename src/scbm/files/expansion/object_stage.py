@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker
 from scbm.files.expansion.stage_keys import LIFTED_SECTIONS, REQUIREMENT_KEYS
 from scbm.files.expansion.static_facts import WORD, StaticFacts, joined, read_facts
 from scbm.files.language.scope import name_fault
-from scbm.files.spelling import suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.document import YamlNode
 from scbm.files.yaml.instance_names import EntryInstance, InstanceNames
 from scbm.model import Slug
@@ -74,7 +75,7 @@ class _LiftedEntry:
 
 class _ObjectStage:
     def __init__(self, document: YamlNode, report: ErrorCollector) -> None:
-        self._document = document
+        self._document = document = _with_square_brackets(document, report)
         self._report = report
         self._facts = read_facts(document, report)
         self._names = _names_of(document, self._facts)
@@ -270,6 +271,9 @@ class _ObjectStage:
         text = domain.text
         if text is not None and self._facts.misses_names and text not in types and _is_type(text):
             new = YamlNode(None, domain.place, condemned=True, end=domain.end)
+        elif text is not None and (near := self._close_type(text)) is not None:
+            self._report.add(Slug.BAD_DOMAIN, f"`{text}` is not a domain", domain.place, f"did you mean `{near}`?")
+            new = YamlNode(None, domain.place, condemned=True, end=domain.end)
         elif text is not None and text in types:
             new = listed_at(domain.place, domain.end, types[text])
         elif any(element.text in types for element in domain.elements):
@@ -283,6 +287,12 @@ class _ObjectStage:
         return with_entries(
             node, (entry if entry.key != "domain" else entry._replace(node=new) for entry in entries_of(node))
         )
+
+    def _close_type(self, word: str) -> str | None:
+        """Return the type that a misspelt domain probably means; `None` for a type, `bool`, and any other text."""
+        types = self._facts.types
+        is_other = word in types or nearest(word, ("bool", "boolean")) is not None or not WORD.fullmatch(word)
+        return None if is_other else nearest(word, types)
 
     # ground entries
 
@@ -368,6 +378,36 @@ def _made(lifted: _LiftedEntry, choice: tuple[str, ...]) -> MappingEntry:
 
 def _request_names(resource: str) -> tuple[str, ...]:
     return tuple(variable.name for variable in resource_variables(resource))
+
+
+def _with_square_brackets(document: YamlNode, report: ErrorCollector) -> YamlNode:
+    """Return the tree with `go[r in robot]` for each key `go(r in robot)`, which is noted; both have equal places."""
+    entries = []
+    for section in entries_of(document):
+        keys = [_square(entry.key) for entry in entries_of(section.node)] if section.key in LIFTED_SECTIONS else []
+        if any(keys):
+            pairs = zip(keys, entries_of(section.node), strict=True)
+            node = with_entries(section.node, [_renamed(entry, key, report) for key, entry in pairs])
+            section = section._replace(node=node)  # noqa: PLW2901 - the same section, with other keys
+        entries.append(section)
+    return with_entries(document, entries) if document.items else document
+
+
+def _square(key: str) -> str | None:
+    """Return a key with square brackets for one with round brackets around its parameters; `None` for others."""
+    return f"{key.replace('(', '[', 1)[:-1]}]" if _ROUND_KEY.fullmatch(key) else None
+
+
+def _renamed(entry: MappingEntry, key: str | None, report: ErrorCollector) -> MappingEntry:
+    if key is None:
+        return entry
+    message = f"`{entry.key}` has round brackets, and parameters stand in square brackets"
+    report.add(Slug.BAD_NAME, message, entry.place, f"write `{key}`")
+    return entry._replace(key=key)
+
+
+_ROUND_KEY = re.compile(r"[A-Za-z_][\w.]*\s*\([\w\s,:]*\w\s*\)", re.ASCII)
+"""A key with its parameters as PDDL and ST have them."""
 
 
 def _names_of(document: YamlNode, facts: StaticFacts) -> LiftedNames:

@@ -15,11 +15,13 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from scbm.files.language.grammar import (
     grammar,
+    keyword_phrases,
     keywords,
     opening_words,
     requirement_phrases,
     words_after_predicates,
 )
+from scbm.files.spelling import nearest
 from scbm.model import FORMS, RequirementForm, Slug
 
 if TYPE_CHECKING:
@@ -93,6 +95,9 @@ def _early_end(text: str, start: Start, accepted: Collection[str]) -> SyntaxFaul
 
 def _misplaced(text: str, begin: int, end: int, start: Start, accepted: Collection[str]) -> SyntaxFault:
     """Return the error for a misplaced word; the word before it is blamed if it belongs to another language."""
+    misspelt = misspelt_opening(text) if start == "requirement" else None
+    if misspelt is not None:
+        return misspelt
     opening = _LAST_WORD.search(text, 0, begin)
     if opening is not None:
         remedy = _opening_remedy(opening[1], start)
@@ -104,6 +109,21 @@ def _misplaced(text: str, begin: int, end: int, start: Start, accepted: Collecti
     return SyntaxFault(SLUGS[start], message, begin, end, remedy)
 
 
+def misspelt_opening(text: str) -> SyntaxFault | None:
+    """Return the error of a requirement whose first word is close to `always` and its like; `None` for others."""
+    match = _FIRST_WORD.match(text)
+    following = [word for phrase in keyword_phrases() for word in phrase]
+    if match is None or match[2] in (*following, *_WORDS, "in"):
+        return None
+    word = match[1]
+    near = nearest(word, opening_words())
+    if near is None or word.lower() in (*following, *keywords(), *_OPENING_WORDS, *_WORDS):
+        return None
+    message = f"`{word}` cannot stand here"
+    return SyntaxFault(Slug.REQUIREMENT_SYNTAX, message, *match.span(1), f"did you mean `{near}`?")
+
+
+_FIRST_WORD = re.compile(r"\s*([A-Za-z]+)\s+(?=([A-Za-z_]\w*|[(!](?!=)))")
 _LAST_WORD = re.compile(r"(?<![\w.])([A-Za-z]+)\s*$")
 
 
