@@ -34,7 +34,7 @@ from scbm.files.expansion.formulas import (
     relation_holds,
 )
 from scbm.files.expansion.lifted_syntax import quantified_fault
-from scbm.files.expansion.lifted_tokens import LiftedToken, phrase_at, tokens_of
+from scbm.files.expansion.lifted_tokens import CONNECTIVES, RELATIONS, LiftedToken, phrase_at, tokens_of
 from scbm.files.expansion.static_facts import QUANTIFIERS, WORD
 from scbm.files.language.grammar import keywords
 from scbm.files.language.syntax import misspelt_opening
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
     from scbm.files.expansion.static_facts import ObjectTable
     from scbm.files.language.syntax import Start
 
-_RELATIONS = ("==", "!=", "<", "<=", ">", ">=")
-_CONNECTIVES = ("&&", "||", "->")
 _CLOSING = {"(": ")", "[": "]", "{": "}"}
 _EXAMPLE = "write for example `{} r in robot. (robot_at[r] == dock)`"
 _EXAMPLE_OF_COUNT = "write for example `count r in robot. (robot_at[r] == dock) <= 1`"
@@ -241,13 +239,13 @@ class LiftedParser:
         begin = self._index
         if self._peek() == "(":
             closing = self._closing(begin)
-            if closing + 1 == len(self._tokens) or self._tokens[closing + 1].text in (*_CONNECTIVES, ")"):
+            if closing + 1 == len(self._tokens) or self._tokens[closing + 1].text in (*CONNECTIVES, ")"):
                 opening = self._next()
                 inner = self._implication()
                 if self._index != closing:
                     raise _Unparsed
                 return GroupFormula(inner, opening.begin, self._next().end)
-        while self._index < len(self._tokens) and self._tokens[self._index].text not in (*_CONNECTIVES, ")"):
+        while self._index < len(self._tokens) and self._tokens[self._index].text not in (*CONNECTIVES, ")"):
             self._refuse_misplaced_quantifier(is_first=self._index == begin)
             text = self._tokens[self._index].text
             self._index = self._closing(self._index) + 1 if text in _CLOSING else self._index + 1
@@ -334,7 +332,7 @@ class LiftedParser:
 
     def _comparison_of_count(self, word: LiftedToken, bound: Bound, body: Formula) -> Formula:
         relation, number = self._peek(), self._peek(1)
-        if relation not in _RELATIONS or not number.isdecimal() or self._peek(2) not in ("", ")", *_CONNECTIVES):
+        if relation not in RELATIONS or not number.isdecimal() or self._peek(2) not in ("", ")", *CONNECTIVES):
             self._refuse(word, "a count is compared with a number", _EXAMPLE_OF_COUNT)
         limit = self._tokens[self._index + 1]
         self._index += 2
@@ -471,9 +469,7 @@ class LiftedParser:
         if len(tokens) < 3 or not any(token.text in ("<", "<=", ">", ">=") for token in tokens):  # noqa: PLR2004
             return None
         sides = (tokens[0], tokens[1].text), (tokens[-1], tokens[-2].text)
-        found = [
-            (token, term) for token, sign in sides if sign in _RELATIONS and (term := self._scope.term(token.text))
-        ]
+        found = [(token, term) for token, sign in sides if sign in RELATIONS and (term := self._scope.term(token.text))]
         for token, term in found:
             self._scope.refuse_order(term, token, self._note)
         return ConstantFormula(True) if found else None

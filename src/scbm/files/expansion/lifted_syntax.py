@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from scbm.files.expansion.lifted_tokens import tokens_of
+from scbm.files.expansion.lifted_tokens import CONNECTIVES, RELATIONS, tokens_of
 from scbm.files.expansion.static_facts import QUANTIFIERS
 from scbm.files.language.grammar import keyword_phrases
 from scbm.files.language.syntax import SLUGS, SyntaxFault, parse
@@ -19,9 +19,8 @@ if TYPE_CHECKING:
     from scbm.files.expansion.lifted_tokens import LiftedToken
     from scbm.files.language.syntax import Start
 
-_RELATIONS = ("==", "!=", "<", "<=", ">", ">=")
 _BRACKETS = {"(": 1, ")": -1}
-_BEFORE_CONDITIONS = ("(", "!", "&&", "||", "->")
+_BEFORE_CONDITIONS = ("(", "!", *CONNECTIVES)
 _NO_WORD = re.compile(r"[^A-Za-z0-9_]")
 
 
@@ -68,7 +67,7 @@ def _without_quantifiers(text: str, tokens: Sequence[LiftedToken]) -> str | None
         if token.text == "count":
             closing = _closing(tokens, opening)
             compared = [] if closing is None else [each.text for each in tokens[closing + 1 : closing + 3]]
-            if closing is None or len(compared) < 2 or compared[0] not in _RELATIONS or not compared[1].isdecimal():  # noqa: PLR2004 - `<= 1`
+            if closing is None or len(compared) < 2 or compared[0] not in RELATIONS or not compared[1].isdecimal():  # noqa: PLR2004 - `<= 1`
                 return None
             plain = _blanked(plain, tokens[closing + 1].begin, tokens[closing + 2].end)
     return None if plain == text else plain
@@ -119,7 +118,7 @@ def _without_indices(text: str, tokens: Sequence[LiftedToken], tables: Container
 
 _CLOSERS = {"[": "]", "(": ")"}
 _NO_TABLES = ("in", "min", "max", *QUANTIFIERS)
-_ENDS = ("&&", "||", "->", "==", "!=", "<", "<=", ">", ">=")
+_ENDS = (*CONNECTIVES, *RELATIONS)
 """What neither an index nor the row of a table contains."""
 
 

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
     from scbm.model import RequirementForm
 
+RELATIONS = ("==", "!=", "<", "<=", ">", ">=")
+CONNECTIVES = ("&&", "||", "->")
+
 _TOKEN = re.compile(
     r"(?P<name>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)(?!(?u:\w))"
     r"|(?P<word>(?u:[^\W\d]\w*))"
