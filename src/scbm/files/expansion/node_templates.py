@@ -174,12 +174,6 @@ class PredicateTemplate(NodeTemplate):
         self._node = node
         self._parts: list[tuple[_LiftedScalar, Formula]] = []
         elements = node.elements if isinstance(node.plain, list) else [node]
-        whole = _unsplit([element.text or "" for element in elements])
-        if whole is not None:
-            key = "`where`" if is_static else "a guard"
-            message = f"in a list, YAML splits {key} at each comma, also within brackets"
-            report.add(Slug.PREDICATE_SYNTAX, message, node.place, f"join the conditions with `&&`: `{whole}`")
-            elements = [YamlNode(None, node.place, condemned=True, end=node.end)]
         for element in elements:
             scalar = _LiftedScalar(element, report, scope.names.limit)
             if is_static and not element.condemned and _is_empty(element):
@@ -222,19 +216,6 @@ def _refuse_empty(node: YamlNode, report: ErrorCollector) -> None:
     message = "expected a condition under `where`" if isinstance(node.plain, dict) else "an empty condition"
     remedy = "write for example `where: connected(from, to) && from != to`, or leave out `where`"
     report.add(Slug.PREDICATE_SYNTAX, message, node.place, remedy)
-
-
-def _unsplit(texts: Sequence[str]) -> str | None:
-    """Return the conjunction of texts that are split within brackets; `None` if none of them is."""
-    parts: list[str] = []
-    depth = 0
-    for text in texts:
-        if depth:
-            parts[-1] += f", {text}"
-        else:
-            parts.append(text)
-        depth += text.count("(") - text.count(")")
-    return " && ".join(parts) if depth == 0 and len(parts) < len(texts) else None
 
 
 def _pieces(formula: Formula, choice: Choice) -> Pieces | bool:
@@ -396,11 +377,15 @@ class MappingTemplate(NodeTemplate):
     """A mapping; its keys can be names with an index."""
 
     def __init__(
-        self, node: YamlNode, entries: Sequence[tuple[MappingEntry, NodeTemplate, NodeTemplate | None]]
+        self,
+        node: YamlNode,
+        entries: Sequence[tuple[MappingEntry, NodeTemplate, NodeTemplate | None]],
+        report: ErrorCollector,
     ) -> None:
         """Take the entries, with the templates of their values and of those of their keys that have an index."""
         self._node = node
         self._entries = entries
+        self._report = report
 
     def expect(self, instances: int) -> None:
         """Count what the values have."""
@@ -408,14 +393,24 @@ class MappingTemplate(NodeTemplate):
             value.expect(instances)
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
-        """Return the mapping; it is incomplete without the entries whose keys have errors."""
-        ground = []
+        """Return the mapping; it is incomplete without the entries whose keys have errors, or occur twice."""
+        ground: dict[str, MappingEntry] = {}
+        written: dict[str, MappingEntry] = {}
         for entry, value, key in self._entries:
             name = entry.key if key is None else key.node(choice).text
-            if name is not None:
-                ground.append(MappingEntry(name, entry.place, value.node(choice), entry.end))
-        mapping = with_entries(self._node, ground)
+            if name in written:
+                self._refuse_duplicate(name, entry, written[name])
+            elif name is not None:
+                written[name] = entry
+                ground[name] = MappingEntry(name, entry.place, value.node(choice), entry.end)
+        mapping = with_entries(self._node, ground.values())
         return [replace(mapping, incomplete=True) if len(ground) < len(self._entries) else mapping]
+
+    def _refuse_duplicate(self, name: str, entry: MappingEntry, first: MappingEntry) -> None:
+        """Note keys that stand for one variable: for some choices, their parameters are the same object."""
+        message = f"`{entry.key}`, and `{first.key}` in line {first.place.line}, both are `{name}`"
+        remedy = "leave out one of them, or exclude these objects with `where`"
+        self._report.add(Slug.DUPLICATE_KEY, message, entry.place, remedy)
 
 
 _TEMPLATES: dict[NodeKind, Callable[[YamlNode, LiftedScope, ErrorCollector], NodeTemplate]] = {
@@ -464,7 +459,7 @@ class TemplateMaker:
             inner = self._inner_kind(entry.key, kind)
             key = self._key(entry) if kind in ("names", "assignments") else None
             entries.append((entry, self.template(entry.node, inner), key))
-        return MappingTemplate(node, entries)
+        return MappingTemplate(node, entries, self.report)
 
     def _inner_kind(self, key: str, kind: NodeKind | None) -> NodeKind | None:
         match kind:
@@ -491,6 +486,7 @@ class TemplateMaker:
                     )
                     for entry in entries_of(node)
                 ],
+                self.report,
             )
         if isinstance(node.plain, list):
             return ListTemplate(node, [self._binding(element, "words") for element in node.elements])

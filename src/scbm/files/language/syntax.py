@@ -82,9 +82,6 @@ def _early_end(text: str, start: Start, accepted: Collection[str]) -> SyntaxFaul
     opened = _unclosed(text)
     if opened is not None:
         message = f"this `{text[opened]}` is not closed"
-        if _EXTREME.search(text, 0, opened) is not None and "COMMA" in accepted:
-            remedy = "in a list `[...]` a comma begins the next element: write it in quotes"
-            return SyntaxFault(SLUGS[start], message, opened, opened + 1, remedy)
         return SyntaxFault(SLUGS[start], message, opened, opened + 1, _expected(accepted))
     end = len(text.rstrip())
     expected = _expected(accepted)
@@ -192,7 +189,6 @@ def _action_remedy(written: str, rest: str, accepted: Collection[str]) -> str | 
 NO_HYPHENS = "names are letters, digits, `_` and `.`, so write `_` for `-`"
 NO_CLOCKS = "predicates read no clocks: give an operation a `deadline`, or an environment transition `after: 5 s`"
 
-_EXTREME = re.compile(r"\b(min|max)\s*$")
 _HYPHEN = re.compile(r"\w-\w")
 _NEGATION = re.compile(r"-\s*[A-Za-z_(]")
 _CLOCK = re.compile(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from ruamel.yaml.events import (
     AliasEvent,
+    CollectionEndEvent,
     CollectionStartEvent,
     DocumentStartEvent,
     MappingEndEvent,
@@ -23,6 +24,7 @@ from ruamel.yaml.events import (
 )
 
 from scbm.files.spelling import nearest
+from scbm.files.yaml.cut_values import folded, quoted, uncut_end
 from scbm.files.yaml.source_text import Scalar, SourceText
 from scbm.files.yaml.yaml_events import MAX_NODES, events_of, too_large, too_many_nodes
 from scbm.model import Place, Slug
@@ -173,6 +175,7 @@ class _Reader:
         self._anchors: dict[str, YamlNode | None] = {}
         self._count = 0
         self._used = 0  # nodes below aliases
+        self._uncut_end = 0  # where the last value was meant to end that a comma cuts
         self._end = 0  # of what was read last: a block ends with its last child, not before the next key
 
     def document(self) -> YamlNode | None:
@@ -218,7 +221,7 @@ class _Reader:
         if isinstance(event, MappingStartEvent):
             return self._mapping(place, depth)
         elements = []
-        while not isinstance(child := next(self._events), SequenceEndEvent):
+        while not isinstance(child := self._next_child(), SequenceEndEvent):
             elements.append(self._node(child, depth + 1))
         self._note_end(child)
         size = 1 + sum(element.size for element in elements)
@@ -234,13 +237,42 @@ class _Reader:
         return min(index, event.end_mark.index) if isinstance(event, ScalarEvent) else index
 
     def _scalar(self, event: ScalarEvent, begin: int) -> YamlNode:
-        scalar = Scalar(self._source, str(event.value), begin, event.end_mark.index, event.style or "")
+        text, end = str(event.value), event.end_mark.index
+        uncut = None if event.style else uncut_end(self._source.text, begin, end)
+        if uncut is not None:
+            text, end = self._uncut(begin, end, uncut), uncut
+        scalar = Scalar(self._source, text, begin, end, event.style or "")
         place = self._source.stretch(begin, scalar.end) if scalar.style not in ("|", ">") else self._source.place(begin)
         return YamlNode(plain_value(scalar.text) if not scalar.style else scalar.text, place, scalar)
 
+    def _uncut(self, begin: int, end: int, uncut: int) -> str:
+        """Return the text that was meant by a value which a comma cuts. Note the comma as an error."""
+        source = self._source.text
+        cut, text = source[begin:end].rstrip(), folded(source[begin:uncut])
+        message = f"a comma in `{{…}}` or `[…]` ends the value, and `{folded(cut)}` is not complete"
+        shown = quoted(text)
+        remedy = f"put the value into quotes{'' if shown is None else f': {shown}'}"
+        self._report.add(Slug.YAML_SYNTAX, message, self._source.place(source.index(",", begin + len(cut))), remedy)
+        self._end = self._uncut_end = uncut
+        return text
+
+    def _next_child(self, *, is_key: bool = False) -> Event:
+        """Return the event that begins the next child, or that ends the parent; the rest of a cut value is no child."""
+        while isinstance(event := next(self._events), NodeEvent) and event.start_mark.index < self._uncut_end:
+            self._skip(event)
+            if is_key:
+                self._skip(next(self._events))
+        return event
+
+    def _skip(self, event: Event) -> None:
+        depth = int(isinstance(event, CollectionStartEvent))
+        while depth:
+            event = next(self._events)
+            depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
+
     def _mapping(self, place: Place, depth: int) -> YamlNode:
         node = YamlNode({}, place)
-        while not isinstance(event := next(self._events), MappingEndEvent):
+        while not isinstance(event := self._next_child(is_key=True), MappingEndEvent):
             key = self._node(event, depth + 1)
             value = self._node(next(self._events), depth + 1)
             node.size += key.size + value.size

@@ -123,6 +123,13 @@ def _directive(fault: _Fault) -> Diagnostic:
 
 
 def _colon(fault: _Fault) -> Diagnostic:
+    line = fault.source.lines[fault.place.line - 1]
+    typed = _ROUND.match(line)
+    if typed is not None:
+        parameters = re.sub(r"\s*:\s*", " in ", typed[2])
+        index = fault.index - len(fault.before) + typed.start(2) - 1
+        message = f"`{typed[1]}` has round brackets, and parameters stand in square brackets"
+        return fault.diagnostic(message, index, f"write `{typed[1]}[{parameters}]`")
     if ":" in fault.before:
         remedy = "write `in` for `:`" if _TYPED.search(fault.before) else "put the value into quotes"
         return fault.diagnostic("`:` cannot stand inside a value", fault.index, remedy)
@@ -202,6 +209,9 @@ _INDEX = re.compile(r"([A-Za-z_][\w.]*)\[([\w ,]+)\]", re.ASCII)
 
 _TYPED = re.compile(r"^\s*[\w.\"']+\[\s*\w+\s*:|\b(forall|exists|count)\s+\w+\s*$")
 """A parameter with its type behind a colon."""
+
+_ROUND = re.compile(r"\s*([\w.]+)\((\s*\w+\s*:\s*\w+(?:\s*,\s*\w+\s*:\s*\w+)*)\s*\)\s*:", re.ASCII)
+"""A key whose parameters stand in round brackets, each with its type behind a colon."""
 
 _TAG = re.compile(r"[\[{,:]\s*(!)")
 """A value in brackets that begins with `!`. YAML takes the next comma or bracket for a part of the tag."""
