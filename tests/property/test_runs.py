@@ -183,3 +183,16 @@ def test_violations_are_those_of_a_slow_monitor(model: BehaviorModel, data: st.D
     found = find_violations([Requirement("q", sentence)], run.records)
     expected = SENTENCE_REFERENCES[type(sentence)](sentence, _states(run))
     assert [violation.at_ns for violation in found] == ([] if expected is None else [expected])
+
+
+@pytest.mark.slow
+@given(running_models(), st.data())
+@examples(250)
+def test_a_run_that_violates_a_sentence_has_states_with_all_that_it_needs(
+    model: BehaviorModel, data: st.DataObject
+) -> None:
+    run = _run(data, model)
+    sentence = data.draw(sentences(model.running_space.variables))
+    if find_violations([Requirement("q", sentence)], run.records):
+        states = [state for _, state in _states(run)]
+        assert all(any(needed.holds(state) for state in states) for needed in sentence.needed_to_violate)

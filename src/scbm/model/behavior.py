@@ -204,7 +204,7 @@ class LiftedOrigin:
     """The lifted entry of a model file that a ground part of the model was expanded from.
 
     Attributes:
-        section: the section of both: `operations`, `automatic_transitions` or `goals`.
+        section: the section of both: `operations`, `automatic_transitions`, `goals` or `requirements`.
         name: the name of the ground part, such as `move.r1.a.b`.
         lifted: the name of the lifted entry, such as `move`.
         written: the lifted entry with its parameters, such as `move[r in robot, x in zone]`; empty if these are not

@@ -15,7 +15,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, assert_never, cast
 
 from scbm.model.durations import format_duration, format_moment
-from scbm.model.predicates import Predicate
+from scbm.model.predicates import Not, Predicate, conjunction
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -89,6 +89,14 @@ class RequirementForm(ABC):
         """Return the first violation by a run; `None` if the run satisfies the sentence."""
 
     @property
+    def needed_to_violate(self) -> tuple[Predicate, ...]:
+        """Predicates each of which holds in some state of every run that violates the sentence; none are known here.
+
+        If no state satisfies one of them, the requirement requires nothing.
+        """
+        return ()
+
+    @property
     def predicates(self) -> tuple[Predicate, ...]:
         """The predicates of the sentence, in order."""
         return tuple(value for value in self._values() if isinstance(value, Predicate))
@@ -112,6 +120,11 @@ class Always(RequirementForm):
     violated = ("in the first state in which `p` does not hold",)
     predicate: Predicate
 
+    @property
+    def needed_to_violate(self) -> tuple[Predicate, ...]:
+        """A state without p."""
+        return (Not(self.predicate),)
+
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first state in which p does not hold."""
         for state in run:
@@ -127,6 +140,11 @@ class Never(RequirementForm):
     pattern = "never p"
     violated = ("in the first state in which `p` holds",)
     predicate: Predicate
+
+    @property
+    def needed_to_violate(self) -> tuple[Predicate, ...]:
+        """A state with p."""
+        return (self.predicate,)
 
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first state in which p holds."""
@@ -152,6 +170,11 @@ class LeadsTo(RequirementForm):
     cause: Predicate
     effect: Predicate
     within_ns: int | None = None
+
+    @property
+    def needed_to_violate(self) -> tuple[Predicate, ...]:
+        """A state with p and without q."""
+        return (conjunction([self.cause, Not(self.effect)]),)
 
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the moment at which q has been due for too long."""
@@ -187,6 +210,11 @@ class Before(RequirementForm):
     first: Predicate
     second: Predicate
 
+    @property
+    def needed_to_violate(self) -> tuple[Predicate, ...]:
+        """A state with q and without p."""
+        return (conjunction([self.second, Not(self.first)]),)
+
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first state with q, unless p holds there or earlier."""
         for state in run:
@@ -206,6 +234,11 @@ class AfterAlways(RequirementForm):
     start: Predicate
     predicate: Predicate
     stop: Predicate
+
+    @property
+    def needed_to_violate(self) -> tuple[Predicate, ...]:
+        """A state with p, and one without q and r."""
+        return (self.start, conjunction([Not(self.predicate), Not(self.stop)]))
 
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first state without q while the requirement is active."""

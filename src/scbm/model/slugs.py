@@ -149,6 +149,7 @@ class Slug(StrEnum):
 
     # doubts that `scbm check` has about a model that loads
     GUARD_NEVER_HOLDS = "guard-never-holds"
+    REQUIREMENT_ALWAYS_HOLDS = "requirement-always-holds"
     OPERATION_NEVER_ENABLED = "operation-never-enabled"
     GOAL_UNREACHABLE = "goal-unreachable"
     GOAL_NOT_ALWAYS_REACHABLE = "goal-not-always-reachable"

@@ -137,7 +137,7 @@ class LiftedStatuses:
             statuses: the statuses of its ground obligations.
             others: the visits of runs of the same lifted model under other objects.
         """
-        if not any(origin.section != "goals" for origin in model.origins):
+        if not any(origin.section in _SECTIONS.values() for origin in model.origins):
             return None
         origins = {(origin.section, origin.name): origin.lifted for origin in model.origins}
         instances: dict[tuple[Obligation, bool], list[ObligationStatus]] = {}

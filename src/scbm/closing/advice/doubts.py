@@ -17,7 +17,7 @@ from scbm.model.sources import unassigned, undeclared
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from scbm.model import BehaviorModel, Operation, Predicate, Resource, Transition, Value
+    from scbm.model import BehaviorModel, Operation, Predicate, Requirement, Resource, Transition, Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +58,12 @@ def doubts_about_guards(model: BehaviorModel) -> Iterator[Doubt | Unfinished]:
 
 
 def doubts_about_requirements(model: BehaviorModel) -> Iterator[Doubt]:
+    """Yield a doubt for each requirement that all runs violate, and for each that no run can violate."""
+    yield from _always_violated(model)
+    yield from _never_violated(model)
+
+
+def _always_violated(model: BehaviorModel) -> Iterator[Doubt]:
     """Yield a doubt for each `always p` whose p holds in no state, and for each `never p` whose p holds in all."""
     for name, sentence in ((each.name, each.sentence) for each in model.requirements):
         match sentence:
@@ -75,6 +81,26 @@ def doubts_about_requirements(model: BehaviorModel) -> Iterator[Doubt]:
             yield Doubt(Slug.GUARD_NEVER_HOLDS, message, ("requirements", name), remedy)
 
 
+def _never_violated(model: BehaviorModel) -> Iterator[Doubt]:
+    """Yield a doubt for each requirement that no run can violate.
+
+    Of a requirement with parameters, some instances may be such: equal objects often satisfy it.
+    """
+    empty = {each.name: _requires_nothing(each, model) for each in model.requirements}
+    lifted = {name: model.lifted_name("requirements", name) for name in empty}
+    required = {lifted[name] for name, is_empty in empty.items() if not is_empty}
+    for name, sentence in ((each.name, each.sentence) for each in model.requirements):
+        if lifted[name] not in required:
+            message = f"no run can violate the requirement {name}, so it requires nothing: {sentence}"
+            remedy = "compare it with what the domains of its variables allow anyway"
+            yield Doubt(Slug.REQUIREMENT_ALWAYS_HOLDS, message, ("requirements", name), remedy)
+
+
+def _requires_nothing(requirement: Requirement, model: BehaviorModel) -> bool:
+    needed = requirement.sentence.needed_to_violate
+    return any(is_satisfiable(each, model.running_space) is False for each in needed)
+
+
 def _transitions(model: BehaviorModel) -> Iterator[tuple[tuple[str, ...], Transition]]:
     for operation in model.operations:
         here = ("operations", operation.name)
@@ -86,10 +112,17 @@ def _transitions(model: BehaviorModel) -> Iterator[tuple[tuple[str, ...], Transi
         yield ("automatic_transitions", transition.name), transition
 
 
+def written_as(path: tuple[str, ...], *keys: str) -> str:
+    """Return guards or actions of a transition by the keys of the file: "`pre.g` of scan", "`g` of open_door"."""
+    _, name, *below = path
+    shown = " && ".join(".".join((*below, key)) for key in keys)
+    return f"`{shown}` of {name}"
+
+
 def _doubts_about(transition: Transition, path: tuple[str, ...], model: BehaviorModel) -> Iterator[Doubt | Unfinished]:
-    alone = list(_never(transition.g, f"`g` of {transition.name}", (*path, "g"), model))
-    alone += _never(transition.gr, f"`gr` of {transition.name}", (*path, "gr"), model)
-    yield from alone or _never(transition.running_guard, f"`g && gr` of {transition.name}", (*path, "gr"), model)
+    alone = list(_never(transition.g, written_as(path, "g"), (*path, "g"), model))
+    alone += _never(transition.gr, written_as(path, "gr"), (*path, "gr"), model)
+    yield from alone or _never(transition.running_guard, written_as(path, "g", "gr"), (*path, "gr"), model)
     if path[-1] in ("pre", "post"):
         yield from _reads_runner(transition, path, model)
 
@@ -107,7 +140,7 @@ def _never(
 def _reads_runner(transition: Transition, path: tuple[str, ...], model: BehaviorModel) -> Iterator[Doubt]:
     read = [name for name in transition.g.reads() if model.running_space[name].role.is_runner]
     if read:
-        message = f"`g` of {transition.name} reads {', '.join(read)}, which is constant while a plan is made"
+        message = f"{written_as(path, 'g')} reads {', '.join(read)}, which is constant while a plan is made"
         yield Doubt(Slug.PLANNER_READS_RUNNER, message, (*path, "g"), "move that part of the guard to `gr`")
 
 

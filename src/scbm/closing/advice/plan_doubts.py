@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.closing.advice.doubts import Doubt, Unfinished, completes_at_once
+from scbm.closing.advice.doubts import Doubt, Unfinished, completes_at_once, written_as
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.model import (
     And,
@@ -203,10 +203,10 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
         here = ("operations", operation.name)
         can_start, can_complete = task.packing.test(operation.pre.g), task.packing.test(operation.post.g)
         enabled = [state for state in exploration.reach.states if can_start(state)]
-        yield from _leaving(operation.pre, (*here, "pre", "a"), enabled, task)
+        yield from _leaving(operation.pre, (*here, "pre"), enabled, task)
         started = [state for state in map(task.update(operation.pre.a), enabled) if state is not None]
         done = [state for state in started if can_complete(state)]
-        yield from _leaving(operation.post, (*here, "post", "a"), done, task)
+        yield from _leaving(operation.post, (*here, "post"), done, task)
         left = _first_left(timedout, started, task)
         if left is not None:
             message = f"`timedout` of {operation.name} would leave a domain where {left}, and the run ends there"
@@ -222,8 +222,8 @@ def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int
     """Yield a doubt with the first state in which the actions of the transition would leave a domain."""
     left = _first_left(transition.a, states, task)
     if left is not None:
-        message = f"`a` of {transition.name} would leave a domain where {left}, so it cannot be taken there"
-        yield Doubt(Slug.DOMAIN_LEFT, message, path)
+        message = f"{written_as(path, 'a')} would leave a domain where {left}, so it cannot be taken there"
+        yield Doubt(Slug.DOMAIN_LEFT, message, (*path, "a"))
 
 
 def _first_left(actions: Sequence[Action], states: Sequence[int], task: Task) -> str | None:

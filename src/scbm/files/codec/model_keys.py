@@ -54,7 +54,7 @@ _WORLD = predicate_type(Where.WORLD)
 _DECLARING: dict[str, type[Keys]] = {"variables": VariableKeys, "resources": ResourceKeys, "operations": OperationKeys}
 """The sections whose keys are names that expressions use."""
 
-_LIFTED = ("operations", "automatic_transitions", "goals")
+_LIFTED = ("operations", "automatic_transitions", "goals", "requirements")
 """The sections whose expanded entries know where they come from: those that reports name."""
 
 

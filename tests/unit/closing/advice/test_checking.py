@@ -380,3 +380,27 @@ def test_a_requirement_that_every_run_violates_is_doubtful(requirement: str, dou
     doubts = check_model(read_model(f"{_ROBOTS}  {requirement}\n")).doubts
     expected = [(Slug.GUARD_NEVER_HOLDS, ("requirements", name)) for name in doubtful]
     assert [(doubt.slug, doubt.path) for doubt in doubts] == expected
+
+
+@pytest.mark.parametrize(
+    ("requirement", "doubtful"),
+    [
+        ("r: always n.r1 == true || n.r1 == false", ["r"]),
+        ("r: never n.r1 == true && n.r1 == false", ["r"]),
+        ("r: n.r1 == true && n.r1 == false leads to n.r2 == true", ["r"]),
+        ("r: n.r1 == true leads to n.r1 == true || n.r2 == true within 5 s", ["r"]),
+        ("r: n.r1 == true || n.r2 == true before n.r1 == true", ["r"]),
+        ("r: after n.r1 == true && n.r1 == false always n.r2 == true until n.r2 == false", ["r"]),
+        ("r: after n.r1 == true always n.r2 == true until n.r2 == false", ["r"]),
+        ("r: after n.r1 == true always n.r2 == true until n.r1 == false", []),
+        ("r: n.r1 == true leads to n.r2 == true", []),
+        ("r: n.r1 == true before n.r2 == true", []),
+        ("r[x in robot, y in robot]: always n.x == true || n.y == false", []),
+        ("r[x in robot, y in robot]: never x != y && x == y", ["r.r1.r1", "r.r1.r2", "r.r2.r1", "r.r2.r2"]),
+        ("r[x in robot]: always n.x == true || n.x == false", ["r.r1", "r.r2"]),
+    ],
+)
+def test_a_requirement_that_no_run_can_violate_is_doubtful(requirement: str, doubtful: list[str]) -> None:
+    doubts = check_model(read_model(f"{_ROBOTS}  {requirement}\n")).doubts
+    expected = [(Slug.REQUIREMENT_ALWAYS_HOLDS, ("requirements", name)) for name in doubtful]
+    assert [(doubt.slug, doubt.path) for doubt in doubts] == expected
