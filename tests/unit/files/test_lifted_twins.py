@@ -44,6 +44,7 @@ OTHER_IF_INCLUDED = {
     "missing-key_model": "what has no key that identifies a model is no part, either",
     "predicate-syntax_list": "an alias cannot name an anchor in another file",
     "unknown-key_model": "what has no key that identifies a model is no part, either",
+    "wrong-shape_name": "the name of the model is wrong, and so is that of the part",
     "yaml-syntax_two_documents": "each document would have its sections in the part",
     "yaml-tag_explicit": "the tag stands before all sections, so model and part have it",
 }
@@ -72,6 +73,7 @@ NEVER_LIFTED = {
     "unknown-word_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
     "unknown-word_runs": "`runs` stands in the model only, and has no parameters",
     "wrong-type_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
+    "wrong-shape_name": "the name stands in the model only, and has no parameters",
     "yaml-syntax_two_documents": "the second document is no text of an entry",
     "yaml-too-large_aliases": "the lists stand beside the sections",
 }
