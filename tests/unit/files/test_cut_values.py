@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
-from scbm.files.yaml.cut_values import folded, quoted, uncut_end
+from scbm.files.yaml.cut_values import folded, may_be_cut, quoted, uncut_end
 
 TEXTS = st.text(" ,()[]{}\"'#:ab\n", max_size=40)
 
@@ -16,6 +16,7 @@ def meant(text: str) -> str | None:
     """Return what the first element of a list was meant to be; `None` if no comma cuts it."""
     event = next(event for event in YAML(typ="safe", pure=True).parse(text) if getattr(event, "value", None))
     end = uncut_end(text, event.start_mark.index, event.end_mark.index)
+    assert end is None or may_be_cut(event.value)
     return None if end is None else text[event.start_mark.index : end]
 
 
@@ -64,6 +65,7 @@ def test_an_end_is_behind_that_of_yaml_and_closes_all_brackets(text: str, begin:
         assert begin + length < end <= len(text)
         assert value.count("(") <= value.count(")")
         assert "," in value
+        assert may_be_cut(text[begin : begin + length])
 
 
 def test_a_value_of_several_lines_is_read_in_one() -> None:

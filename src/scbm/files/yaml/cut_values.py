@@ -8,13 +8,18 @@ _COMMA = re.compile(r"\s*,")
 _STOP = re.compile(r"[,\]}\[{\"'#]")
 """What ends a value without quotes, or begins something else."""
 
-_QUANTIFIER = re.compile(r"\b(?:forall|exists|count)\s+\w+\s+in\s+\w+\Z")
-_PARAMETER = re.compile(r"\s*\w+\s+in\s+\w+\Z")
+_QUANTIFIER = re.compile(r"\b(?:forall|exists|count)\s+\w+ in \w+\Z")
+_PARAMETER = re.compile(r"\s*\w+ in \w+\Z")
 
 _MAX_COMMAS = 8
 """Maximum number of commas of a value: the search stays short in a text full of open brackets."""
 
 _FOLD = re.compile(r"\s*[\r\n]\s*")
+
+
+def may_be_cut(value: str) -> bool:
+    """Return whether a comma may have cut a value; `uncut_end` decides it, and takes longer."""
+    return "(" in value or " in " in value
 
 
 def uncut_end(text: str, begin: int, end: int) -> int | None:

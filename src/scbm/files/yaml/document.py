@@ -24,7 +24,7 @@ from ruamel.yaml.events import (
 )
 
 from scbm.files.spelling import nearest
-from scbm.files.yaml.cut_values import folded, quoted, uncut_end
+from scbm.files.yaml.cut_values import folded, may_be_cut, quoted, uncut_end
 from scbm.files.yaml.source_text import Scalar, SourceText
 from scbm.files.yaml.yaml_events import MAX_NODES, events_of, too_large, too_many_nodes
 from scbm.model import Place, Slug
@@ -238,9 +238,9 @@ class _Reader:
 
     def _scalar(self, event: ScalarEvent, begin: int) -> YamlNode:
         text, end = str(event.value), event.end_mark.index
-        uncut = None if event.style else uncut_end(self._source.text, begin, end)
-        if uncut is not None:
-            text, end = self._uncut(begin, end, uncut), uncut
+        if not event.style and may_be_cut(text):
+            uncut = uncut_end(self._source.text, begin, end)
+            text, end = (text, end) if uncut is None else (self._uncut(begin, end, uncut), uncut)
         scalar = Scalar(self._source, text, begin, end, event.style or "")
         place = self._source.stretch(begin, scalar.end) if scalar.style not in ("|", ">") else self._source.place(begin)
         return YamlNode(plain_value(scalar.text) if not scalar.style else scalar.text, place, scalar)
