@@ -178,7 +178,7 @@ class _FactsReader:
         text = element.text
         if element.condemned:
             return
-        if text is None:
+        if not text or element.plain is None:
             self._add(Slug.WRONG_SHAPE, "an object is a word", element.place, "write for example `[a, b]`")
         elif text in _SUFFIXES:
             message = f"`{text}` ends the names of variables that the runner keeps, such as `scan.{text}`"
