@@ -97,20 +97,20 @@ def test_a_process_is_heard_to_its_end_and_its_end_is_noticed(long_lease: int, w
 def test_a_loop_that_is_busy_loses_nothing(long_lease: int, warn: Complain) -> None:
     async def scenario() -> list[Received]:
         received = Kept[Received]()
-        said: list[str] = []
+        lines: list[str] = []
 
         def busy(came: Received) -> None:
             received(came)
             if len(received.all) == 1:
                 # Until all has been sent, the loop does nothing else.
                 assert process.stdout is not None
-                said.append(process.stdout.readline())
+                lines.append(process.stdout.readline())
 
         async with ears(long_lease, warn) as bus:
             with speaker(long_lease) as process:
                 bus.subscribe(TALK, busy)
                 await received.first(SENT)
-        assert said == ["sent\n"]
+        assert lines == ["sent\n"]
         return received.all
 
     assert [came.data for came in loops.run(scenario())] == [str(number) for number in range(SENT)]
