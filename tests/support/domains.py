@@ -23,10 +23,12 @@ _DOMAINS = range(20, 220)
 
 def is_empty(domain: int) -> bool:
     """Return whether no participant is there: a process that another test left behind would be heard in this one."""
-    ports = (
-        7_400 + 250 * domain + 10 + 2 * index for index in range(10)
-    )  # of discovery, as DDSI-RTPS has it (9.6.1.1)
-    return all(map(_is_free, ports))
+    return all(_is_free(discovery_port(domain, index)) for index in range(10))
+
+
+def discovery_port(domain: int, index: int) -> int:
+    """Return the port at which a participant of a domain hears of others, as DDSI-RTPS has it (9.6.1.1)."""
+    return 7_400 + 250 * domain + 10 + 2 * index
 
 
 def _is_free(port: int) -> bool:
