@@ -160,6 +160,7 @@ def lives(mutant: Mutant, copy: Path) -> bool:
     file.write_bytes(mutant.applied(source))
     command = [
         sys.executable,
+        "-B",
         "-m",
         "pytest",
         "-q",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import support.bytecode
 import support.whole_product  # noqa: F401 - before all other imports of scbm
 
 # isort: split

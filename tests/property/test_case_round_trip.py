@@ -15,6 +15,7 @@ from support.profiles import examples
 from support.strategies import open_models, running_models
 
 
+@pytest.mark.longer
 @given(st.data())
 @examples(150, usual=3)
 def test_cases(data: st.DataObject) -> None:

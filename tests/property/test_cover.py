@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -58,6 +59,7 @@ EDGES = st.lists(
 )
 
 
+@pytest.mark.longer
 @given(EDGES, st.integers(0, 1_000))
 @example(
     [9, 48, 130, 20, 258, 516, 72, 66, 264, 384, 544, 65], 400

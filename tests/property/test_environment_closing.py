@@ -51,6 +51,7 @@ def sequences_of(number: int) -> Enumeration:
     return enumerate_runs(model_of(number), MOST, is_open=True, is_sequence=True)
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", slow_beyond(1, SMALL))
 def test_no_proof_is_wrong(number: int) -> None:
     proved = [d for d in closing_of(number).decided if d.decision is Decision.UNCOVERABLE]
@@ -59,6 +60,7 @@ def test_no_proof_is_wrong(number: int) -> None:
         assert [str(d.obligation) for d in proved if runs.visits(str(d.obligation))] == []
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", slow_beyond(1, SMALL[: share(len(SMALL), least=3)]))
 def test_cases_without_forced_states_are_runs(number: int) -> None:
     for each in closing_of(number).cases:
@@ -68,6 +70,7 @@ def test_cases_without_forced_states_are_runs(number: int) -> None:
             assert runs.obligations.names(never) == (), each.case
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", slow_beyond(1, SMALL[: share(len(SMALL), least=3)]))
 def test_certificates_hold_and_replays_visit_what_they_promise(number: int) -> None:
     model, closing = model_of(number), closing_of(number)
@@ -81,6 +84,7 @@ def test_certificates_hold_and_replays_visit_what_they_promise(number: int) -> N
         assert all(failure.kind is FailureKind.BUILT_IN for failure in again.verdict.failures)
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", slow_beyond(1, SMALL[: share(len(SMALL), least=3)]))
 def test_random_cases_visit_nothing_that_no_run_visits_and_replay_alike(number: int) -> None:
     model, tester = model_of(number), Tester(model_of(number))

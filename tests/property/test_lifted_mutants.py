@@ -53,6 +53,7 @@ def check_answer(found: Mutant, folder: Path, max_calls: int | None) -> None:
             check_diagnostics([each for each in error.diagnostics if each.place.file == file], text, file)
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("batch", BATCHES)
 def test_mutants_of_lifted_models_end_in_a_model_or_in_located_errors(batch: int, tmp_path: Path) -> None:
     for number in range(batch * BATCH, (batch + 1) * BATCH):

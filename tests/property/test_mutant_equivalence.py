@@ -37,6 +37,7 @@ def model_of(index: int) -> BehaviorModel:
     return replace(model, runs=RunsDeclaration(GoalOrder.SINGLE if number % 2 else GoalOrder.SEQUENCE))
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("index", slow_beyond(USUAL, range(len(CLOSED) + len(OPENED))))
 def test_no_mutant_is_wrongly_called_equivalent(index: int) -> None:
     original = model_of(index)

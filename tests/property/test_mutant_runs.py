@@ -70,6 +70,7 @@ def test_runs_of_models_with_each_key_are_left_out_soundly(file: Path) -> None:
         _assert_sound(model, (with_fields(case, limits=limits) for case in drawn), share(200, usual=8))
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", slow_beyond(2, range(100)))
 def test_runs_of_random_models_are_left_out_soundly(number: int) -> None:
     model = random_model(number)

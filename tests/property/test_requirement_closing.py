@@ -62,6 +62,7 @@ def violated_in(execution: Execution) -> list[str]:
     return [name for name in names if name != "recovers" or not execution.moves]
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", slow_beyond(USUAL, NUMBERS))
 def test_what_holds_is_violated_by_no_run_and_what_is_violated_has_a_case(number: int) -> None:
     original = model_of(number)

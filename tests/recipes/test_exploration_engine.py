@@ -12,6 +12,7 @@ import pytest
 from support.recipe_page import followed
 
 
+@pytest.mark.longer
 def test_a_new_engine_explores_what_it_suits_and_changes_no_answer(
     scbm: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

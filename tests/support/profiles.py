@@ -56,3 +56,11 @@ def slow_where(is_slow: Callable[[Parameter], bool], parameters: Iterable[Parame
 def slow_beyond(count: int, parameters: Sequence[object]) -> list[object]:
     """The parameters of a test: the first ones run always, the others in the slow tier."""
     return [*parameters[:count], *(pytest.param(each, marks=pytest.mark.slow) for each in parameters[count:])]
+
+
+def longer_but_one_in(one_in: int, parameters: Sequence[Parameter]) -> list[object]:
+    """The parameters of a test: one of so many runs always, the others in the longer tier."""
+    return [
+        pytest.param(each, marks=pytest.mark.longer) if number % one_in else each
+        for number, each in enumerate(parameters)
+    ]

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 TIERS: Mapping[str, str] = {
     "slow": "takes seconds of CPU: large counts, many processes",
+    "longer": "takes tenths of a second of CPU, such as a closing of random models",
     "browser": "opens pages in Chromium",
     "peer": "needs a program or library of others: idlc, cargo, genhtml, Perfetto, rosbags, lxml",
     "dds": "starts nodes as processes that meet over DDS",
@@ -19,7 +20,10 @@ TIERS: Mapping[str, str] = {
 
 
 def tier_of(item: pytest.Item) -> str | None:
-    """Return the first tier whose mark a test has; `None` for a test of every run."""
+    """Return the first tier whose mark a test has; `None` for a test of every run.
+
+    So a longer test whose large parameters are slow is slow with them.
+    """
     return next((tier for tier in TIERS if item.get_closest_marker(tier)), None)
 
 

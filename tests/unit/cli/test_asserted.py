@@ -106,6 +106,7 @@ def test_witnesses_come_back_from_a_store(scbm: Scbm) -> None:
     assert fresh
 
 
+@pytest.mark.longer
 def test_parts_of_the_mutants_add_up(scbm: Scbm, wording: Wording) -> None:
     scbm(*MUTATE, "--no-equivalence", "--operators", "guards", *STORE)
     (partly,) = paragraphs(scbm(*TEST, *STORE).out, "Asserted: ")
@@ -137,6 +138,7 @@ def _not_again(decided: Callable[[Survivors, MutantResult], MutantResult], befor
     return decide
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize(
     ("change", "old", "new"),
     [("gate.yaml", "latency: 1 s", "latency: 2 s"), ("late.yaml", "[timeout]", "[timeout, fail]")],
@@ -346,6 +348,7 @@ def test_the_threshold_needs_a_store_and_a_simulation(scbm: Scbm, wording: Wordi
     assert diagnostic_heads(over_nodes.err) == ["--fail-under: error[bad-option]"]
 
 
+@pytest.mark.longer
 def test_results_for_recorded_oracles_do_not_count(scbm: Scbm, wording: Wording) -> None:
     scbm(*MUTATE, "--no-equivalence", "--oracle", "recorded", *STORE)
     (asserted,) = paragraphs(scbm(*TEST, *STORE).out, "Asserted: ")
@@ -353,6 +356,7 @@ def test_results_for_recorded_oracles_do_not_count(scbm: Scbm, wording: Wording)
     wording(asserted)
 
 
+@pytest.mark.longer
 def test_cases_with_drawn_inputs_are_other_cases(scbm: Scbm) -> None:
     few = ("gate.yaml", "--cases", "2")
     scbm("mutate", *few, "--inputs", "drawn", "--no-equivalence", "-j", "1", *STORE)

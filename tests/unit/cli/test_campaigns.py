@@ -112,6 +112,7 @@ def test_a_campaign_can_end_when_it_is_dry(scbm: Callable[..., Any], tmp_path: P
     assert first["name"] == "seed-2-case-1"
 
 
+@pytest.mark.longer
 def test_the_report_says_whether_a_campaign_is_dry(scbm: Callable[..., Any], wording: Wording) -> None:
     ended = scbm("test", AFTER, "--until-dry", 20, "--seed", 2)
     limited = scbm("test", AFTER, "--until-dry", 20, "--seed", 2, "--cases", 5)

@@ -78,6 +78,7 @@ def test_saved_cases_give_the_report_that_the_random_ones_gave(scbm: Scbm, tmp_p
     assert {case["name"]: case for case in written["cases"]} == by_name
 
 
+@pytest.mark.longer
 def test_a_case_that_was_edited_is_not_the_recorded_run(scbm: Scbm, tmp_path: Path) -> None:
     scbm("test", BEFORE, "--cases", 1, "--seed", 1, "--save", tmp_path)
     path = next(tmp_path.iterdir())
@@ -90,6 +91,7 @@ def test_a_case_that_was_edited_is_not_the_recorded_run(scbm: Scbm, tmp_path: Pa
     assert scbm("replay", path).code == 0
 
 
+@pytest.mark.longer
 def test_saving_never_loses_a_file_that_says_something_else(scbm: Scbm, tmp_path: Path) -> None:
     scbm("test", BEFORE, "--cases", 2, "--seed", 1, "--save", tmp_path)
     assert scbm("test", BEFORE, "--cases", 2, "--seed", 1, "--save", tmp_path).code == 0

@@ -64,6 +64,7 @@ def test_close_draws_the_report(scbm: Scbm, golden: Callable[[str, str], None]) 
     golden("closing.txt", ran.out)
 
 
+@pytest.mark.longer
 def test_close_as_json(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     ran = scbm("close", BEFORE, "--json")
     assert ran.code == 0
@@ -123,6 +124,7 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.longer
 @pytest.mark.usefixtures("own_closings")
 def test_an_interrupted_command_writes_what_it_has(
     scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
@@ -226,6 +228,7 @@ def test_what_a_planner_closed_runs_again_with_that_planner(
         assert _json(scbm("replay", file, "--json"))["is_recorded_run"] is True
 
 
+@pytest.mark.longer
 def test_a_case_that_the_default_planner_closed_records_no_run(scbm: Scbm, before: Path, tmp_path: Path) -> None:
     scbm("close", before, "--out", tmp_path / "out")
     (file, *_) = sorted((tmp_path / "out" / "cases").iterdir())

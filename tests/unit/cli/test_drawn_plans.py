@@ -150,6 +150,7 @@ def test_a_store_draws_the_plans_of_a_random_case_again(
     assert (repeated.code, _second(repeated.out)) == (1, True)
 
 
+@pytest.mark.longer
 def test_the_controller_of_a_cell_draws_for_random_cases(drawn: Path, tmp_path: Path, scbm: Callable[..., Any]) -> None:
     case = tmp_path / "plain.yaml"
     case.write_text("case: plain\nmodel: drawn.yaml\ngoal: served\n", encoding="utf-8")

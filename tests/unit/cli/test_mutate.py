@@ -86,6 +86,7 @@ def test_each_mutant_has_its_place(scbm: Scbm, gate: Path) -> None:
         assert mutant["subject"] in written or written[mutant["column"] - 1 :].startswith(key), mutant["name"]
 
 
+@pytest.mark.longer
 def test_worker_processes_change_nothing(scbm: Scbm, gate: Path) -> None:
     arguments = ("mutate", gate, "--cases", 5, "--operators", "transitions", "--json")
     assert scbm(*arguments, "-j", 2).out == scbm(*arguments, "-j", 1).out
@@ -317,6 +318,7 @@ def test_only_what_changed_since_a_revision_has_mutants(scbm: Scbm, tracked: Pat
     assert list(data["entries"]) == ["automatic/counts"]
 
 
+@pytest.mark.longer
 def test_a_case_file_in_a_subdirectory_of_the_work_tree_is_found(scbm: Scbm, tracked: Path) -> None:
     cell = tracked.parent / "cells" / "cell.yaml"
     cell.parent.mkdir()
@@ -357,6 +359,7 @@ def parted(tracked: Path) -> Path:
     return cell
 
 
+@pytest.mark.longer
 def test_a_change_of_a_part_is_a_change_of_the_model(scbm: Scbm, parted: Path) -> None:
     changed = LIGHTS.replace("lamp <- lit]", "lamp <- lit, door <- closed]")
     (parted.parent / "parts" / "lights.yaml").write_text(changed, encoding="utf-8")
@@ -374,6 +377,7 @@ def test_an_error_of_an_earlier_part_names_the_revision(scbm: Scbm, parted: Path
     assert "(used in HEAD:cell.yaml:2)" in ran.err
 
 
+@pytest.mark.longer
 def test_operations_in_another_order_have_mutants(scbm: Scbm, parted: Path) -> None:
     added = "goals:", "  shut: {pre: {g: door == open}, post: {g: true, a: [door <- closed]}}\ngoals:"
     parted.write_text(PARTED.replace(*added), encoding="utf-8")

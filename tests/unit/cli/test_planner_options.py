@@ -244,6 +244,7 @@ def test_limits_of_the_command_line_are_recorded_and_give_the_same_run_again(
     assert sorted(execution.verdict.end.value for execution in executions if execution) == sorted(ends)
 
 
+@pytest.mark.longer
 def test_the_same_cases_with_other_limits_are_other_cases_of_a_store(scbm: Callable[..., Any], tmp_path: Path) -> None:
     campaign = ("--cases", 2, "--failures", tmp_path, "--no-shrink", "--store", tmp_path / "cov.db")
     scbm("test", BEFORE, *campaign)

@@ -47,6 +47,7 @@ def _save(log: EventLog, path: Path) -> Path:
     return path
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", range(1, 1 + share(8, least=1)))
 def test_a_log_shows_what_its_case_shows_in_simulation(scbm: Scbm, tmp_path: Path, number: int) -> None:
     log = _log(number)
@@ -188,6 +189,7 @@ def test_a_trace_is_reported_to_be_one(scbm: Scbm, tmp_path: Path, wording: Word
     wording(ran.err)
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("name", ["run.yaml", "run", "case.jsonl"])
 def test_names_do_not_matter(scbm: Scbm, tmp_path: Path, name: str) -> None:
     log = _log()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scbm.files import digest_of, load_model, read_model
+from support.profiles import longer_but_one_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,7 +23,7 @@ MODELS = [*sorted((ROOT / "tests/models/valid").glob("*.yaml")), *sorted((ROOT /
 SHORT = "examples/robot_in_the_air/handshakes.yaml"
 
 
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", longer_but_one_in(3, MODELS), ids=lambda path: path.stem)
 def test_an_expanded_model_loads_to_the_same_model(scbm: Scbm, path: Path) -> None:
     model = load_model(path)
     shown = scbm("show", str(path), "--expanded")

@@ -29,6 +29,7 @@ def _imported_module(line: str) -> str:
     return line.rpartition("|")[2].strip() if line.startswith("import time:") else ""
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("module", MODULES[: share(len(MODULES), least=2)])
 def test_ctrl_c_while_a_module_is_imported_ends_with_130_and_without_a_word(module: str) -> None:
     """The interpreter prints the name of each module that it has imported, so the test waits for no time to pass."""
@@ -88,6 +89,7 @@ UNUSED = {
 """What commands do not need for a small model without parts and objects."""
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize(
     ("arguments", "unused"),
     [

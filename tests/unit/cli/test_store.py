@@ -97,6 +97,7 @@ def test_a_clock_that_went_back_is_reported(scbm: Scbm, filled: Path) -> None:
     assert read_history(filled).runs[-1].cases == 1
 
 
+@pytest.mark.longer
 def test_what_the_command_line_adds_to_cases_is_kept(scbm: Scbm, store: Path) -> None:
     scbm("test", AFTER, CASES, "--cases", 2, "--network", "loss: 5 %", "--require", HOME, "--time-limit", "5 min",
          "--store", store)  # fmt: skip
@@ -149,6 +150,7 @@ def broken(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(StoreWriter, "finish", break_first)
 
 
+@pytest.mark.longer
 @pytest.mark.usefixtures("broken")
 def test_a_store_that_breaks_behind_the_last_case_takes_nothing_from_the_campaign(
     scbm: Scbm, store: Path, tmp_path: Path, wording: Wording
@@ -255,6 +257,7 @@ def test_nothing_missing_is_reported_in_two_lines(scbm: Scbm, store: Path, wordi
     assert len(out.splitlines()) == 3
 
 
+@pytest.mark.longer
 def test_the_smallest_suite_visits_the_same(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
     ran = scbm("report", filled, "--minimize", "--save", tmp_path / "small")
     assert ran.code == 0
@@ -285,6 +288,7 @@ def test_cases_of_an_earlier_model_are_not_saved_and_that_is_reported(
     wording(ran.err)
 
 
+@pytest.mark.longer
 def test_every_format_is_written_and_the_same_twice(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
     def write(directory: str) -> list[bytes]:
         (tmp_path / directory).mkdir()
@@ -417,6 +421,7 @@ def test_saved_cases_need_the_model(
     wording(ran.err)
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("is_link", [False, True])
 def test_reports_replace_neither_the_model_nor_the_store_nor_a_case(
     scbm: Scbm, tmp_path: Path, wording: Wording, *, is_link: bool
@@ -499,6 +504,7 @@ def test_of_several_stores_the_wrong_one_is_named(scbm: Scbm, filled: Path, tmp_
     assert stderr.count("error[") == 1
 
 
+@pytest.mark.longer
 def test_saving_overwrites_no_file_that_says_something_else(
     scbm: Scbm, filled: Path, tmp_path: Path, wording: Wording
 ) -> None:
@@ -518,6 +524,7 @@ def test_saving_overwrites_no_file_that_says_something_else(
     assert not others[0].exists()
 
 
+@pytest.mark.longer
 def test_saved_cases_of_one_name_are_files_of_their_labels(scbm: Scbm, store: Path, tmp_path: Path) -> None:
     """By the name of the case, one of them would replace the other."""
     for goal in ("item_a_scanned", "robot_at == agv"):
@@ -602,6 +609,7 @@ def test_a_saved_random_case_is_kept_as_the_file_that_it_is(scbm: Scbm, store: P
     assert kept[0]["again"] == f"scbm replay {saved} --model {BEFORE}"
 
 
+@pytest.mark.longer
 def test_a_killed_run_is_not_compared_with(scbm: Scbm, filled: Path, wording: Wording) -> None:
     scbm("test", BEFORE, "--cases", 20, "--seed", 2, "--store", filled)
     (compared,) = (line for line in scbm("report", filled).out.splitlines() if "46.51 % → 45.35 %" in line)

@@ -16,7 +16,7 @@ LAMPS = str(Path("tests") / "models" / "valid" / "handshakes.yaml")
 REPORTS = (
     ("check", BEFORE),
     ("plan", BEFORE, "--goal", "item_a_delivered"),
-    ("check", str(EXAMPLES / "dual_cnc" / "lifted.yaml")),
+    pytest.param(("check", str(EXAMPLES / "dual_cnc" / "lifted.yaml")), marks=pytest.mark.longer),
     ("test", BEFORE, "--cases", "3"),
     ("test", BEFORE, "--cases", "3", "--missing"),
     ("test", BEFORE, "--cases", "1", "--fail-under", "executing=100"),
@@ -53,6 +53,7 @@ def test_a_report_fits_the_terminal_but_for_commands(
     assert _too_long(ran, columns) == []
 
 
+@pytest.mark.longer
 def test_the_reports_of_a_store_fit_the_terminal(columns: int, scbm: Callable[..., Ran], tmp_path: Path) -> None:
     store = str(tmp_path / "st.db")
     scbm("test", BEFORE, "--cases", "3", "--store", store)

@@ -197,6 +197,7 @@ def test_a_full_disk_is_a_located_error_and_leaves_nothing_cut_off(
     assert [path for path in out.rglob("*") if path.is_file()] == []
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("size", [0, 512, 4_096, 40_000])
 @pytest.mark.parametrize(
     "arguments",

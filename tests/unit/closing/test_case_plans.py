@@ -33,6 +33,7 @@ def _ask(plans: CasePlans, model: BehaviorModel) -> Answer:
     return plans.plan(model.nominal_state, model.goals[0][1], PlanLimits())
 
 
+@pytest.mark.longer
 def test_a_long_search_is_refused_and_not_begun_again() -> None:
     model = blocks()
     plans = CasePlans(model)
@@ -57,6 +58,7 @@ def test_a_refused_plan_is_searched_for_with_more_effort_and_then_known() -> Non
         assert _ask(plans, model) == whole
 
 
+@pytest.mark.longer
 def test_whole_searches_have_a_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(case_plans, "_WHOLE_STATES", 0)
     model = blocks()

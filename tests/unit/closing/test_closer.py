@@ -64,6 +64,7 @@ def decision(closing: Closing, name: str) -> Decision:
     return next(each.decision for each in closing.decided if str(each.obligation) == name)
 
 
+@pytest.mark.longer
 def test_the_example_before_its_repair() -> None:
     closing = shared_closing(load_model(EXAMPLE / "before.yaml"))
     proved = [d for d in closing.decided if d.certificate is not None and d.obligation.counts]
@@ -138,6 +139,7 @@ def test_a_case_that_needs_more_plans_than_a_run_may_ask_for_has_a_limit_of_its_
     assert (made.case.limits.plans or 0) > count
 
 
+@pytest.mark.longer
 def test_a_run_that_asks_for_plans_without_end_ends_at_the_limit_of_plans() -> None:
     text = """
 behavior_model: refused

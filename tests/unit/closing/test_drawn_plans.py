@@ -147,6 +147,7 @@ QUICK_FIRST = (2, 9, 10, 0, 1, 3, 4, 5, 6, 7, 8, 11)
 """Numbers of random models: a usual run takes the one at the front, which is closed fastest."""
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", slow_beyond(1, QUICK_FIRST[: share(12, least=3)]))
 def test_no_random_case_visits_what_is_proved_of_a_random_model(number: int) -> None:
     model = model_with_plans(PlanSet.SHORTEST, random_model(number))

@@ -42,6 +42,7 @@ def run_case(model: BehaviorModel, path: Path) -> Execution:
     return Tester(model).execute(open_case(path).read(model))
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize(
     "file", slow_where(lambda file: file == BEFORE, [CELL, BEFORE, LIFTED]), ids=lambda file: file.stem
 )

@@ -162,6 +162,7 @@ def twelve() -> str:
     )
 
 
+@pytest.mark.longer
 def test_cases_have_about_six_injections(twelve: str) -> None:
     counts = [len(made.case.injections) for made in close(twelve).cases]
     assert max(counts) <= MAX_INJECTIONS + 1

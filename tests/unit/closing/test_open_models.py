@@ -132,6 +132,7 @@ def test_in_the_example_another_user_of_the_gripper_makes_the_robot_unmount_it()
         assert check_certificate(certificate, model) == ()
 
 
+@pytest.mark.longer
 def test_random_cases_of_the_example_do_not_depend_on_whether_resources_are_shared() -> None:
     for name in ("before.yaml", "after.yaml"):
         model, shared = load_model(EXAMPLE / name), shared_example(name)

@@ -14,6 +14,7 @@ MODEL = 64
 FEW_PLANNING_STATES = CloseLimits(planning=15, situations=3_000)
 
 
+@pytest.mark.longer
 def test_a_graph_whose_planning_became_too_large_keeps_the_positions_that_were_found() -> None:
     runs = AllRuns(random_model(MODEL), FEW_PLANNING_STATES, lambda _: None)
     cut_off = [graph for graph in runs.graphs if graph.planning_too_large]

@@ -80,6 +80,7 @@ def test_what_ended_a_stage_names_its_option() -> None:
     assert shared_closing(example()).ended == ()
 
 
+@pytest.mark.longer
 def test_too_much_planning_names_its_option() -> None:
     planless = Closer(replace(example(), planner=PlannerChoice(max_expanded=1)), CloseLimits(planning=1)).close()
     assert [end.option for end in planless.ended] == ["--planner", "--max-planning"]
@@ -108,6 +109,7 @@ def _interrupted(beginning: str, model: BehaviorModel | None = None) -> Closing:
     return Closer(model or example(), limits, _InterruptedProgress(beginning)).close()
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize(
     ("beginning", "stage"),
     [
@@ -255,6 +257,7 @@ def test_random_cases_end_when_they_are_dry() -> None:
     assert int(lines[-1].split()[2].replace(",", "")) < 5_000
 
 
+@pytest.mark.longer
 def test_changed_cases_fail_and_time_out_what_executes() -> None:
     search = sampled([])
     search.sample(starts(), 0, 1_000_000)

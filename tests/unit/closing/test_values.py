@@ -172,6 +172,7 @@ def test_what_the_structure_rules_out_is_ruled_out_by_the_values_too(wording: Wo
     wording(_shown(reasons))
 
 
+@pytest.mark.longer
 def test_a_guard_that_is_too_much_to_search_counts_as_one_that_can_hold() -> None:
     model = read_model("""
 behavior_model: large

@@ -15,7 +15,7 @@ from scbm.files import load_model, read_model
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.yaml.text_files import MAX_BYTES, MAX_ERRORS
 from scbm.model import InputError, PlannerChoice, RunsDeclaration, Slug, format_duration, format_value
-from support.profiles import slow_beyond
+from support.profiles import longer_but_one_in, slow_beyond
 from support.wording import Wording
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def test_a_wrong_model_shows_the_slug_that_it_is_named_after(path: Path) -> None
     assert name == "many" or f"error[{name}]" in path.with_suffix(".expected").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("path", REJECTED, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", longer_but_one_in(3, REJECTED), ids=lambda path: path.stem)
 def test_every_place_in_a_wrong_model_lies_in_its_text_and_reads_downwards(path: Path) -> None:
     lines = re.split(r"\r\n|\r|\n", path.read_text(encoding="utf-8"))
     diagnostics = error_of_file(path).diagnostics
@@ -100,7 +100,7 @@ def test_a_right_model_means_what_is_written_beside_it(path: Path, request: pyte
     compare(request, path, "".join(f"{fact}\n" for fact in facts(load_model(path))))
 
 
-@pytest.mark.parametrize("path", VALID, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", longer_but_one_in(3, VALID), ids=lambda path: path.stem)
 def test_a_right_model_means_the_same_with_other_line_ends_and_a_mark(path: Path) -> None:
     lines = re.split(r"\r\n|\n", path.read_bytes().decode("utf-8").removeprefix("\N{BYTE ORDER MARK}"))
     model = load_model(path)
@@ -386,6 +386,7 @@ def test_nested_parentheses_are_too_deep(predicate: str) -> None:
     assert diagnostic.place.line == 5
 
 
+@pytest.mark.longer
 def test_a_predicate_may_be_long_but_not_huge(wording: Wording) -> None:
     long = " && ".join(["a == true"] * 1_500)
     assert str(read_model(f"{BEGIN}goals:\n  done: {long}\n").goals[0][1]) == long

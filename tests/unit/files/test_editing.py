@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scbm.files import is_model_text, read_model
 from scbm.files.goal_editing import add_goals, with_goals
 from scbm.model import BehaviorModel, InputError, Slug
+from support.profiles import longer_but_one_in
 from support.wording import Wording
 
 ROOT = Path(__file__).parents[3]
@@ -178,7 +179,7 @@ def test_predicates_get_quotes_where_they_need_them(predicate: str, section: str
     _added(HEAD + section, ("x", predicate, None))
 
 
-@pytest.mark.parametrize("text", TEXTS.values(), ids=list(TEXTS))
+@pytest.mark.parametrize("text", longer_but_one_in(3, list(TEXTS.values())), ids=list(TEXTS))
 def test_every_model_of_the_repository_can_be_edited(text: str) -> None:
     goals = [("added_1", "true", "a comment\nof two lines"), ("added_2", "!(false)", None)]
     edited = _added(text, *goals)

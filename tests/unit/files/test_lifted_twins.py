@@ -17,6 +17,7 @@ import pytest
 from scbm.files import load_model, read_model
 from scbm.model import InputError
 from support.lifted_twins import OBJECTS, as_part, with_parameters
+from support.profiles import longer_but_one_in
 
 if TYPE_CHECKING:
     from scbm.model import Diagnostic
@@ -115,7 +116,7 @@ def compare(name: str, found: tuple[Diagnostic, ...], others: dict[str, str]) ->
         assert errors(found) == errors(diagnostics_of(TEXTS[name]))
 
 
-@pytest.mark.parametrize("name", [name for name in TEXTS if name not in LIFTED])
+@pytest.mark.parametrize("name", longer_but_one_in(3, [name for name in TEXTS if name not in LIFTED]))
 def test_a_wrong_model_has_its_errors_with_parameters(name: str) -> None:
     found = diagnostics_of(with_parameters(TEXTS[name]).text)
     compare(name, found, OTHER_WITH_PARAMETERS)
@@ -145,6 +146,7 @@ def is_lifted(name: str) -> bool:
     return name in LIFTED or any(line in lifted or line in in_part for line in lines)
 
 
+@pytest.mark.longer
 def test_each_wrong_model_has_a_twin_with_its_error_in_lifted_text() -> None:
     assert [name for name in TEXTS if not is_lifted(name)] == sorted(NEVER_LIFTED)
 

@@ -75,6 +75,7 @@ def meaning(operation: Operation) -> tuple[str, frozenset[str], frozenset[str]]:
     return with_names_of_the_benchmark(operation.name), frozenset(map(str, guard)), frozenset(actions)
 
 
+@pytest.mark.longer
 def test_the_factory_in_forty_lines_has_the_846_operations_of_the_published_one() -> None:
     lifted, published = load_model(FACTORY), factory(3, 3)
     assert len(FACTORY.read_text(encoding="utf-8").splitlines()) <= 60
@@ -388,6 +389,7 @@ def test_no_instance_is_smaller_than_the_least_size_of_a_text(text: str, least: 
     assert least * 0.6 <= formula.least_characters() <= min(sizes)
 
 
+@pytest.mark.longer
 def test_an_error_of_many_instances_costs_little_more_than_reading_them() -> None:
     text = f"{LARGE}  at: {{domain: place, initial: o0}}\noperations:\n"
     text += "  go[a in place]: {pre: {g: at == aisle}, post: {g: true, a: [open.a <- yes, at <- a]}}\n"

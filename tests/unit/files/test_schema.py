@@ -12,6 +12,7 @@ from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 
 from scbm.files import case_schema, model_schema
+from support.profiles import longer_but_one_in
 
 ROOT = Path(__file__).parent.parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*/*.yaml"))
@@ -140,7 +141,7 @@ def test_the_schema_knows_no_key_without_saying_something_about_it(schema: Calla
         assert kind["description"], name
 
 
-@pytest.mark.parametrize("path", [*EXAMPLES, *FAILS_AT_RUN, *VALID], ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", longer_but_one_in(3, [*EXAMPLES, *FAILS_AT_RUN, *VALID]), ids=lambda path: path.stem)
 def test_a_model_that_loads_satisfies_the_schema(path: Path) -> None:
     assert faults_of(path.read_text(encoding="utf-8-sig")) == []
 

@@ -200,6 +200,7 @@ environment:
     assert uses(found_in(tmp_path, cell=text)) == [("not-assignable", "cell:5 cell:7")]
 
 
+@pytest.mark.longer
 def test_errors_beyond_many_aliases_name_the_anchor_alone(tmp_path: Path) -> None:
     wrong = ANCHORED.replace("  c:", "  # c:")
     for more, expected in ((0, "cell:4 cell:5"), (MAX_USED_NODES, "cell:4")):

@@ -808,6 +808,7 @@ goals: {{all: {" && ".join(f"d{n} == 9" for n in range(20))}, one: d0 == 1}}
 """No search sees all of its states; to one of its goals it is one step."""
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("how", ["abandon", "end", "tester", "close"])
 def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
     plan, has_begun, has_ended = PlanCache.plan, ThreadEvent(), ThreadEvent()

@@ -420,6 +420,7 @@ operations: {}
 """
 
 
+@pytest.mark.longer
 def test_without_rclpy_a_controller_says_what_to_source(tmp_path: Path, wording: Wording) -> None:
     (tmp_path / "rclpy.py").write_text("raise ModuleNotFoundError(\"No module named 'rclpy'\", name='rclpy')\n")
     (tmp_path / "model.yaml").write_text(MODEL)

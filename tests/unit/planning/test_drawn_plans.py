@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Callable
 from random import Random
 
+import pytest
+
 from scbm.cases import RecordedPlan
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Predicate
@@ -67,6 +69,7 @@ def test_operations_that_begin_shortest_plans_come_equally_often() -> None:
     assert all(900 < count < 1_100 for count in counts.values())
 
 
+@pytest.mark.longer
 def test_each_operation_is_drawn_among_those_that_are_left_and_not_each_plan() -> None:
     # Six plans; one in three begins with the door, and then each robot has one in two.
     counts = Counter(_drawn("both", 3_000))

@@ -311,6 +311,7 @@ def published(name: str) -> tuple[Problem, int]:
     return problem, problem.task.pack(model.nominal_state)
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("name", ["gripper-6", "blocks-6-0", "blocks-8-0", "flags_all_16", "independent-10x10"])
 @pytest.mark.parametrize("limits", [PlanLimits(), PlanLimits(5), PlanLimits(expansions=300), PlanLimits(50, 20_000)])
 def test_a_brief_search_has_the_answer_of_the_whole_one_or_none(name: str, limits: PlanLimits) -> None:

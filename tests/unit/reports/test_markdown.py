@@ -128,6 +128,7 @@ def test_a_long_report_is_cut_between_its_parts_and_says_so() -> None:
     assert markdown(history, most_characters=len(whole)) == whole
 
 
+@pytest.mark.longer
 def test_hundreds_of_operations_fit_into_a_comment() -> None:
     operations = "".join(f"  {'o' * 60}_{n}: {{pre: {{g: true}}, post: {{g: true}}}}\n" for n in range(400))
     model = read_model(f"behavior_model: m\nvariables: {{}}\noperations:\n{operations}goals: {{done: true}}\n")

@@ -14,7 +14,7 @@ from scbm.files import load_model, read_model
 from scbm.reports.ci.marked_lines import MarkedFile, MarkedLine, as_code, mark_file, mark_lines
 from scbm.store import ModelSource
 from support.histories import EXAMPLE, history_of
-from support.profiles import examples
+from support.profiles import examples, longer_but_one_in
 
 MODELS = (*sorted((Path(__file__).parents[2] / "models/valid").glob("*.yaml")), *sorted(EXAMPLE.glob("*.yaml")))
 CELL = """\
@@ -67,7 +67,7 @@ def shown_line(line: MarkedLine) -> tuple[str, list[str], int | None, str]:
     return line.role, [f"{obligation} {count}" for obligation, count in line.obligations], line.hits, line.state
 
 
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", longer_but_one_in(3, MODELS), ids=lambda path: path.stem)
 @given(data=st.data())
 @examples(10)
 def test_each_counted_obligation_is_a_branch_of_one_line(path: Path, data: st.DataObject) -> None:

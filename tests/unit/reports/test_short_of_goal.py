@@ -47,6 +47,7 @@ def test_the_terminal_says_it(history: History, wording: Wording) -> None:
     wording(line)
 
 
+@pytest.mark.longer
 def test_markdown_and_the_page_say_it(history: History, wording: Wording) -> None:
     for text in (markdown(history), html_report(history, lambda _: None)):
         wording(re.findall(rf"\w[\w ]*: {WORDS}", text))

@@ -148,6 +148,7 @@ class _MicroStepRunner(Runner):
         return False
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("name", ["before", "after"])
 def test_a_campaign_gives_the_traces_that_micro_steps_give(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     model = load_model(EXAMPLE / f"{name}.yaml")

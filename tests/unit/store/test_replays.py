@@ -89,6 +89,7 @@ def test_the_requirements_and_the_limit_of_the_command_line_are_kept(tmp_path: P
     assert Replays(history).case(history.cases[0]) == limited
 
 
+@pytest.mark.longer
 def test_a_recorded_case_leaves_nothing_to_chance(tmp_path: Path) -> None:
     history = read_history(_stored(tmp_path / "cov.db", CASES["drawn"]))
     replays = Replays(history)

@@ -17,6 +17,7 @@ CASES, EACH = 8, 9
 """The number of cases, and one of so many mutants is tried."""
 
 
+@pytest.mark.longer
 def test_a_row_says_which_cases_find_a_mutant_by_each_oracle() -> None:
     model = generated_model(2)
     tester = Tester(model)
@@ -43,6 +44,7 @@ def test_a_row_says_which_cases_find_a_mutant_by_each_oracle() -> None:
     assert all(found_by_some)
 
 
+@pytest.mark.longer
 def test_a_weight_says_how_many_mutants_of_its_operator_one_of_the_sample_stands_for() -> None:
     model, most = generated_model(1), 60
     known = list(mutants_of(model))
@@ -57,6 +59,7 @@ def test_a_weight_says_how_many_mutants_of_its_operator_one_of_the_sample_stands
     assert set(every.values()) == {1}
 
 
+@pytest.mark.longer
 def test_a_model_with_other_mutants_than_its_kill_matrix_has_no_weights() -> None:
     model, most = generated_model(1), 60
     known = list(mutants_of(model))

@@ -164,6 +164,7 @@ SMALL_FIRST = sorted(range(2, 202, 8), key=lambda number: number not in {2, 106,
 """Numbers of random models: a usual run takes those at the front, which are enumerated completely, and fastest."""
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("number", SMALL_FIRST[: share(25, least=3)])
 def test_random_runs_visit_nothing_else(number: int) -> None:
     assert unexpected(random_model(number), cases=40) == []

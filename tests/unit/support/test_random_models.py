@@ -21,6 +21,7 @@ def test_each_is_read_as_it_is_written() -> None:
     assert [number for number in SOME if read_model(write_model(random_model(number))) != random_model(number)] == []
 
 
+@pytest.mark.longer
 def test_sizes_are_within_bounds() -> None:
     for number in SOME:
         model = random_model(number)
@@ -31,6 +32,7 @@ def test_sizes_are_within_bounds() -> None:
         assert not model.requirements
 
 
+@pytest.mark.longer
 def test_each_has_an_initial_state() -> None:
     assert all(next(InitialStates(random_model(number)).allowed(10_000), None) is not None for number in SOME)
 

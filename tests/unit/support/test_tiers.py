@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from support.tiers import counts, sample, sample_summary, split, summary
+from support.tiers import counts, sample, sample_summary, split, summary, tier_of
 from support.wording import Wording, read_sections, write_sections
 
 
@@ -37,6 +37,12 @@ def test_a_test_that_is_named_runs_in_whatever_tier_it_is(items: list[pytest.Ite
     kept, left_out = split(items, [named])
     assert [each.name for each in kept] == ["test_plain", "test_page"]
     assert counts(left_out) == {"slow": 1, "browser": 1}
+
+
+def test_a_longer_test_whose_parameter_is_slow_is_slow(request: pytest.FixtureRequest) -> None:
+    both = item(request, "test_both", "longer")
+    both.add_marker("slow")
+    assert [tier_of(each) for each in (item(request, "test_one", "longer"), both)] == ["longer", "slow"]
 
 
 def test_a_sample_has_a_fixed_part_of_the_slow_tests_and_all_others(request: pytest.FixtureRequest) -> None:

@@ -32,6 +32,7 @@ def test_a_case_replays_to_the_same_trace_byte_for_byte(name: str) -> None:
         assert first.recorded_case.recorded == again.recorded
 
 
+@pytest.mark.longer
 def test_results_do_not_depend_on_the_order_of_the_cases() -> None:
     model = load_model(EXAMPLE / "before.yaml")
     cases = list(RandomCases(model).first(12, seed=7))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from itertools import permutations
 from random import Random
 
+import pytest
+
 from scbm.cases.coverage import Cover, smallest_cover
 
 Triples = list[tuple[int, ...]]
@@ -93,6 +95,7 @@ def test_smaller_steps_of_prices_prove_a_smallest_cover_with_little_work() -> No
     assert (len(cover.chosen), cover.at_least) == (14, 14)
 
 
+@pytest.mark.longer
 def test_ten_thousand_cases_that_visit_alike_are_few() -> None:
     random = Random(1)
     kinds = [random.getrandbits(86) & random.getrandbits(86) for _ in range(12)]

@@ -170,6 +170,7 @@ def _counters(*numbers: int) -> BehaviorModel:
     return scan_cell(("variables:\n", "variables:\n" + many), ("operations:\n", "operations:\n" + steps))
 
 
+@pytest.mark.longer
 def test_an_exploration_that_meets_its_limit_is_unfinished_and_no_doubt() -> None:
     model = _counters(1, 2, 3)
     checked = check_model(model, CheckLimits(states=100, chains=50))

@@ -14,6 +14,7 @@ from scbm.closing.advice.request_doubts import doubts_about_requests
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, Slug
 from support.models import scan_cell
+from support.profiles import longer_but_one_in
 from support.wording import Wording
 
 ROOT = Path(__file__).parents[4]
@@ -250,7 +251,7 @@ def test_an_operation_that_only_starts_something_is_no_handshake() -> None:
     assert not _paths(scan_cell(reply, ended))
 
 
-@pytest.mark.parametrize("path", MODELS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+@pytest.mark.parametrize("path", longer_but_one_in(3, MODELS), ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_whole_protocols_and_other_protocols_raise_no_doubt(path: Path) -> None:
     assert not _paths(load_model(path))
 

@@ -280,6 +280,7 @@ def test_environment_transitions_are_compared_where_they_can_fire(
         wording(found.reason)
 
 
+@pytest.mark.longer
 def test_decisions_are_the_same_in_each_order(cell: Equivalences) -> None:
     mutants = [changed(*each) for each in DIFFERENT[:4]]
     other = Equivalences(read_model(CELL, "cell.yaml"))

@@ -68,6 +68,7 @@ def assert_small_case_fails(found: DecidedRequirement, model: BehaviorModel) -> 
 # what holds
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize(
     "path", [*SMALL_EXAMPLES, *(pytest.param(path, marks=pytest.mark.slow) for path in LARGE_EXAMPLES)]
 )
@@ -184,6 +185,7 @@ goals:
 """
 
 
+@pytest.mark.longer
 def test_a_change_from_outside_is_part_of_the_case(wording: Wording) -> None:
     model = read_model(OCCUPIED)
     decisions = decide(model)

@@ -58,6 +58,7 @@ def move(needs: str = "(at ?r ?from)", effects: str = MOVED, init: str = "(at r1
     return exclusive_parameters(problem(MOVE.format(needs=needs, effects=effects), ROBOTS, init))
 
 
+@pytest.mark.longer
 def test_an_invariant_may_need_several_fluents() -> None:
     tower = problem(BLOCKS, "a b c - block", "(hand-empty) (on-table a) (on b a) (clear b) (on-table c) (clear c)")
     # {on, on-table, holding} of the upper block; {holding, hand-empty} without a key
@@ -291,6 +292,7 @@ def _as_problem(start: set[Fact], actions: list[RandomAction]) -> Any:  # noqa: 
     return made
 
 
+@pytest.mark.longer
 def test_what_is_proved_holds_in_all_states_of_random_problems() -> None:
     proved = missed = several = 0
     for number in range(share(1000)):

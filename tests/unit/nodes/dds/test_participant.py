@@ -130,6 +130,7 @@ def test_more_processes_than_there_are_indices_are_refused(domain: int, monkeypa
     assert not err
 
 
+@pytest.mark.longer
 def test_a_machine_without_a_network_is_reported(
     domain: int, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:

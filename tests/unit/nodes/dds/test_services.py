@@ -250,6 +250,7 @@ def test_fields_of_any_name_pass(domain: int) -> None:
     checked_story(domain, calls)
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("in_flight", [50, 200])
 def test_none_of_many_calls_is_lost(domain: int, in_flight: int) -> None:
     total = 1000

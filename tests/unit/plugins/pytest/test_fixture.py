@@ -56,6 +56,7 @@ def test_a_case_of_a_test_has_several_goals(cell: pytest.Pytester) -> None:
     cell.runpytest().assert_outcomes(passed=1)
 
 
+@pytest.mark.longer
 def test_a_run_does_not_raise_and_a_check_does(cell: pytest.Pytester, wording: Wording) -> None:
     cell.makepyfile("""
         def test_check(scbm_model):

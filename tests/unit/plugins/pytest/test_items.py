@@ -182,6 +182,7 @@ def test_the_command_names_a_model_that_the_case_does_not(cell: pytest.Pytester)
     result.stdout.fnmatch_lines(["again: scbm replay two.yaml --model cell.yaml"])
 
 
+@pytest.mark.longer
 def test_the_command_names_the_planner_where_the_case_records_another_one(cell: pytest.Pytester) -> None:
     recorded = f"recorded: {{end: reached, trace: {'0' * 64}, planner: greedy 1}}\n"
     write(cell.path, two=FAILS + recorded)

@@ -80,6 +80,7 @@ def test_the_store_is_seen_from_where_pytest_was_called(cell: pytest.Pytester) -
     assert len(read_history(cell.path / "cov.db").cases) == 1
 
 
+@pytest.mark.longer
 def test_the_options_for_the_planner_count_for_all_cases(cell: pytest.Pytester) -> None:
     write(cell.path, one=PASSES, two=FAILS)
     cell.makepyfile(TESTS)

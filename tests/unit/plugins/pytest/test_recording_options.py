@@ -25,6 +25,7 @@ def test_results_are_recorded_in_files_of_cases_that_pass(cell: pytest.Pytester)
     again.stdout.no_fnmatch_line("*recorded results*")
 
 
+@pytest.mark.longer
 def test_a_difference_fails_until_it_is_updated(cell: pytest.Pytester, wording: Wording) -> None:
     write(cell.path, one=PASSES)
     cell.runpytest("--scbm-record")

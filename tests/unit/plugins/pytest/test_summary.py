@@ -37,6 +37,7 @@ def test_the_report_has_the_colours_of_the_terminal(cell: pytest.Pytester) -> No
     assert any("\x1b[1m" in line for line in _report(cell.runpytest("--color=yes", "--scbm-report=short")))
 
 
+@pytest.mark.longer
 def test_a_report_is_as_long_as_asked(cell: pytest.Pytester, wording: Wording) -> None:
     write(cell.path, one=PASSES, two=FAILS)
     (short,) = _report(cell.runpytest("--scbm-report=short", "-rN"))
@@ -123,6 +124,7 @@ def lamp(pytester: pytest.Pytester, scbm: Callable[..., Ran], monkeypatch: pytes
     return pytester
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize(("options", "code"), [(["--scbm-certificates=proofs"], 0), ([], 1)], ids=["proved", "plain"])
 def test_proofs_count_in_what_can_be_covered(
     lamp: pytest.Pytester, options: list[str], code: int, wording: Wording

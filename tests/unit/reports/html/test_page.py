@@ -138,6 +138,7 @@ def test_it_fetches_nothing(page: Page) -> None:
         assert not re.findall(r"url\((?!#)", style)
 
 
+@pytest.mark.longer
 def test_ids_are_unique(page: Page) -> None:
     ids = [value for _, name, value in page.attributes() if name == "id"]
     assert len(ids) == len(dict.fromkeys(ids)) > 350
@@ -201,6 +202,7 @@ def test_each_case_has_its_command() -> None:
     assert "case: second_scan_succeeds" in details["texts"]["0"]
 
 
+@pytest.mark.longer
 def test_nothing_that_is_reported_is_taken_for_html(before: History, page: Page) -> None:
     failure = Failure(FailureKind.REQUIREMENT, NASTY, f"message {NASTY}")
     case = replace(before.cases[0], name=NASTY, goal=NASTY, verdict=Verdict(End.ABORTED, (failure,)))

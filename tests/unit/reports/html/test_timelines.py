@@ -217,6 +217,7 @@ def test_no_cases_are_no_blocks() -> None:
     assert packed["blocks"] == []
 
 
+@pytest.mark.longer
 def test_each_block_can_be_opened_without_the_others() -> None:
     executions = [*map(TESTER.execute, RandomCases(BEFORE).first(130, 1))]
     packed = pack_timelines(BEFORE, executions)
@@ -231,6 +232,7 @@ class _Watched(Execution):
     """An execution whose life can be watched."""
 
 
+@pytest.mark.longer
 def test_executions_are_not_kept() -> None:
     alive: list[weakref.ref[_Watched]] = []
     most = 0

@@ -66,6 +66,7 @@ def test_the_division_into_batches_does_not_matter(cases: list[CaseOutcome], cut
     )
 
 
+@pytest.mark.longer
 @given(outcomes(), st.lists(st.integers(0, 14)))
 def test_of_many_cases_the_same_notable_ones_are_listed_however_they_are_divided(
     cases: list[CaseOutcome], cuts: list[int]

@@ -43,6 +43,7 @@ def total(work: CampaignWork, size: int | None, rule: StopRule | None = None) ->
     return [step.total for step in run_steps(work, executor, rule or StopRule())][-1]
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("size", slow_beyond(1, [7, 1, 100]))
 def test_the_size_of_batches_does_not_matter(size: int) -> None:
     work = CampaignWork(EXAMPLE, numbers=range(1, 31), seed=3, network=None)
@@ -60,6 +61,7 @@ def test_a_campaign_ends_at_its_first_failure_whatever_the_size_of_batches(size:
     assert (first.count, first.failed_positions) == (1, (1,))
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("size", slow_beyond(1, [7, 1, 100]))
 def test_a_campaign_is_dry_after_cases_in_a_row_that_visited_nothing_new(size: int) -> None:
     work = CampaignWork(EXAMPLE, numbers=range(1, share(1_000, usual=80) + 1), seed=1)

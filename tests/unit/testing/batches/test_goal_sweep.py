@@ -33,6 +33,7 @@ LIMITS = (PlanLimits(expansions=40), PlanLimits(), PlanLimits(length=5))
 """Limits for planning; the first ones leave two goals without a plan. Each starts processes."""
 
 
+@pytest.mark.longer
 @pytest.mark.parametrize("jobs", [1, 2, pytest.param(3, marks=pytest.mark.slow)])
 def test_answers_do_not_depend_on_the_number_of_processes(jobs: int) -> None:
     model = load_model(BEFORE)

@@ -94,6 +94,7 @@ def test_the_case_that_kills_has_to_visit() -> None:
     assert found.noticed == 0
 
 
+@pytest.mark.longer
 def test_cases_after_the_first_that_kills_are_run_until_one_visits() -> None:
     """The first case that kills does not time out; a later one does."""
     slow = case("slow", "{outcome: succeed, after: 5 s}", expect="{final: [count == 0]}")
@@ -106,6 +107,7 @@ def test_cases_after_the_first_that_kills_are_run_until_one_visits() -> None:
     assert (shorter.case, shorter.runs) == ("slow", 1)  # the report is the same
 
 
+@pytest.mark.longer
 def test_a_run_without_the_search_is_the_same_but_for_what_is_noticed() -> None:
     cases = (case("well", "succeed"), case("late", "timeout"))
     plain = {r.mutant.name: r for r in MutationRuns(Tester(MODEL), cases).results(mutants_of(MODEL))}
@@ -114,6 +116,7 @@ def test_a_run_without_the_search_is_the_same_but_for_what_is_noticed() -> None:
         assert plain[name].noticed == 0
 
 
+@pytest.mark.longer
 def test_what_is_noticed_is_what_all_runs_of_all_cases_say() -> None:
     """The search leaves out runs; the reference runs each case on each mutant."""
     cases = (

@@ -127,6 +127,7 @@ def test_plans_of_a_case_that_are_plans_of_the_mutant_are_kept() -> None:
     assert found["pick_2/pre.g/negate:box == shelf"].reason.startswith("expected pick_2 → place_2 to complete")
 
 
+@pytest.mark.longer
 def test_a_case_begins_with_the_initial_values_of_the_mutant(wording: Wording) -> None:
     model = scan_cell()
     expect = "expect: {plan: [scan_box]}"
