@@ -7,9 +7,9 @@ import os
 import stat
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from os import urandom
 from os.path import lexists, realpath
 from pathlib import Path
-from secrets import token_hex
 from types import MappingProxyType
 from typing import IO, TYPE_CHECKING
 
@@ -258,7 +258,7 @@ def _open_temporary(target: Path) -> tuple[Path, IO[bytes]]:
     """Create a temporary file beside `target`, with a name that no file has, and open it for writing."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
     while True:
-        path = target.with_name(f".scbm-{token_hex(8)}.part")
+        path = target.with_name(f".scbm-{urandom(8).hex()}.part")
         with suppress(FileExistsError):
             return path, os.fdopen(os.open(path, flags, _NEW_FILE_MODE), "wb")
 

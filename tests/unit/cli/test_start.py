@@ -99,7 +99,15 @@ UNUSED = {
         ),
         pytest.param(
             ("test", BEFORE, "--cases", "2"),
-            {*UNUSED, "scbm.closing.closer", "scbm.proofcheck.runs_check"},
+            {
+                *UNUSED,
+                "multiprocessing",
+                "scbm.closing.certificate_files",
+                "scbm.closing.closer",
+                "scbm.nodes.buses.bus",
+                "scbm.proofcheck.runs_check",
+                "scbm.testing.mutants.mutation",
+            },
             marks=pytest.mark.slow,
         ),
         pytest.param(

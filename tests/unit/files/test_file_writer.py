@@ -69,13 +69,13 @@ def test_a_pipe_takes_the_content_as_it_comes(tmp_path: Path) -> None:
 
 
 def test_a_file_that_has_the_name_of_the_temporary_file_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    names = iter(["1", "1", "2"])
-    monkeypatch.setattr("scbm.files.file_writer.token_hex", lambda _: next(names))
-    (tmp_path / ".scbm-1.part").write_bytes(b"other content")
+    numbers = iter([b"\1", b"\1", b"\2"])
+    monkeypatch.setattr("scbm.files.file_writer.urandom", lambda _: next(numbers))
+    (tmp_path / ".scbm-01.part").write_bytes(b"other content")
     (tmp_path / "a.txt.part").write_bytes(b"other content")
     replace_file(tmp_path / "a.txt", b"content")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
-        ".scbm-1.part": b"other content",
+        ".scbm-01.part": b"other content",
         "a.txt.part": b"other content",
         "a.txt": b"content",
     }

@@ -16,6 +16,7 @@ from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports.figure_table import shown_path
 from scbm.reports.status_lines import united_in_words
+from scbm.testing.batches.all_cores import AllCores
 from scbm.testing.batches.campaign_runs import InProcess
 
 if TYPE_CHECKING:
@@ -161,9 +162,11 @@ def read_executor(jobs: int | None, cluster: str | None = None) -> Executor:
         return _read_cluster(jobs, cluster)
     if jobs == 1:
         return InProcess()
-    from scbm.testing.batches.worker_processes import AllCores, WorkerProcesses  # noqa: PLC0415 - few runs are so long
+    if jobs is None:
+        return AllCores()
+    from scbm.testing.batches.worker_processes import WorkerProcesses  # noqa: PLC0415 - few campaigns need processes
 
-    return AllCores() if jobs is None else WorkerProcesses(jobs)
+    return WorkerProcesses(jobs)
 
 
 def _read_cluster(jobs: int | None, address: str) -> Executor:

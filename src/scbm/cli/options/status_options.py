@@ -11,16 +11,7 @@ from scbm.cases.coverage import COVERABLE, WaiverReview
 from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
-from scbm.closing.certificate_files import (
-    UPGRADED,
-    CheckedCertificate,
-    certificates_in,
-    check_file,
-    open_certificate,
-)
 from scbm.closing.current_date import today
-from scbm.closing.proof_reasons import REASONS_SUFFIX
-from scbm.closing.proved_statuses import StatusEvidence
 from scbm.files import load_waivers
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
 
@@ -28,12 +19,17 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scbm.cases.coverage import Threshold
+    from scbm.closing.certificate_files import CheckedCertificate
+    from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel, Waiver
     from scbm.store import History, StoredCertificate
 
 
 def _certificate_files(path: Path) -> list[Path]:
     """Return the certificates of a path with the files of reasons beside them."""
+    from scbm.closing.certificate_files import certificates_in  # noqa: PLC0415 - few commands read certificates
+    from scbm.closing.proof_reasons import REASONS_SUFFIX  # noqa: PLC0415
+
     found = certificates_in([path])
     return [file for each in found for file in (each, each.with_suffix(REASONS_SUFFIX))]
 
@@ -82,6 +78,9 @@ def read_evidence(
     Raises:
         InputError: a file is no certificate, or the waivers have errors.
     """
+    from scbm.closing.certificate_files import certificates_in, check_file, open_certificate  # noqa: PLC0415 - as above
+    from scbm.closing.proved_statuses import StatusEvidence  # noqa: PLC0415
+
     review = read_waivers_of(model, waivers)
     files = [open_certificate(path) for path in certificates_in(certificates or ())]
     checked = tuple(check_file(file, model) for file in files)
@@ -136,7 +135,8 @@ def _why_ignored(stored: StoredCertificate, model: BehaviorModel) -> str:
         return "it is for another version of the model"
     if stored.checked_by == __version__:
         return ""
-    from scbm.proofcheck import check_certificate, read_certificate  # noqa: PLC0415 - few stores need the checker
+    from scbm.closing.certificate_files import UPGRADED  # noqa: PLC0415 - few stores need the checker
+    from scbm.proofcheck import check_certificate, read_certificate  # noqa: PLC0415
 
     flaws = check_certificate(read_certificate(stored.text, stored.name), model)
     return f"{flaws[0]}; {UPGRADED}" if flaws else ""

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from scbm.planning import Planner
 from scbm.running.search_guard import plan_guarded
-from scbm.testing.batches.worker_processes import TRIAL_S, WorkerPool, core_count
+from scbm.testing.batches.all_cores import TRIAL_S, core_count
+from scbm.testing.batches.worker_processes import WorkerPool
 
 if TYPE_CHECKING:
     from collections.abc import Generator

@@ -9,7 +9,8 @@ from functools import cached_property
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.testing.batches.worker_processes import TRIAL_S, WorkerPool, core_count
+from scbm.testing.batches.all_cores import TRIAL_S, WORTH_S, core_count
+from scbm.testing.batches.worker_processes import WorkerPool
 from scbm.testing.mutants import MutantResult, MutantStatus, MutationRuns, SubjectKind, mutants_of
 from scbm.testing.tester import Tester
 
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
 
     _Fields: TypeAlias = tuple[MutantStatus, str, str, int, int, int, int]
     """The fields of a result without its mutant, which each process has."""
-
-_WORTH_S = 3.0
-"""The least estimated wall time of the rest that is worth starting processes."""
 
 _CHUNK = 8
 """Number of mutants of one request to a worker: some tens of milliseconds."""
@@ -84,7 +82,7 @@ class MutationWork:
 
     def _is_long(self, passed_s: float, done: int) -> bool:
         rest_s = passed_s / done * (len(self.mutants) - done)
-        return passed_s >= TRIAL_S and rest_s >= _WORTH_S
+        return passed_s >= TRIAL_S and rest_s >= WORTH_S
 
     def _in_processes(self, first: int, count: int) -> Iterator[MutantResult]:
         workers = WorkerPool(_take_mutants, pickle.dumps(self), count)

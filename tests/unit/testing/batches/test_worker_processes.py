@@ -16,10 +16,11 @@ import pytest
 from scbm.cases import Case
 from scbm.files import load_model
 from scbm.model import InputError, Slug
+from scbm.testing.batches.all_cores import AllCores
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import Executor, InProcess, StopRule, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
-from scbm.testing.batches.worker_processes import AllCores, WorkerProcesses
+from scbm.testing.batches.worker_processes import WorkerProcesses
 
 ROOT = Path(__file__).parents[4]
 MODEL = "examples/robot_in_the_air/after.yaml"
