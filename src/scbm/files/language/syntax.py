@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
-from lark import Lark, Token, Tree
+from lark import Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from scbm.files.language.grammar import (
@@ -21,11 +21,14 @@ from scbm.files.language.grammar import (
     requirement_phrases,
     words_after_predicates,
 )
+from scbm.files.language.parser_tables import parser_of
 from scbm.files.spelling import nearest
 from scbm.model import FORMS, RequirementForm, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
+
+    from lark import Lark
 
 
 Start: TypeAlias = Literal["predicate", "action", "requirement"]
@@ -290,13 +293,7 @@ MAX_DEPTH = 60
 @cache
 def _parser(_: tuple[type[RequirementForm], ...]) -> Lark:
     """Return the parser for the forms of requirements that there are now."""
-    return Lark(
-        grammar(),
-        parser="lalr",
-        start=["predicate", "action", "requirement"],
-        propagate_positions=True,
-        maybe_placeholders=True,  # the values of a requirement keep their positions if an optional part is left out
-    )
+    return parser_of(grammar())
 
 
 def parse(text: str, start: Start) -> SyntaxTree:
