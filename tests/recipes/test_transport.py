@@ -6,6 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from scbm.nodes import BusError
+from scbm.nodes.buses.transports import TRANSPORTS, Join, Transport
 from support.recipe_page import followed
 from support.wording import diagnostic_heads
 
@@ -23,3 +27,16 @@ def test_a_new_transport_carries_the_messages_of_a_test(scbm: Callable[..., Any]
         assert (for_nodes.code, "announced" in for_nodes.err) == (2, True)
     unknown = scbm(*command)
     assert (unknown.code, "announced" in unknown.err) == (2, True)
+
+
+def test_a_middleware_that_is_missing_is_reported_by_its_name(
+    scbm: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def connect(_: int, __: Callable[[str], None]) -> Join:
+        raise BusError("pyzmq is not installed", "pip install pyzmq", where="ZeroMQ")
+
+    monkeypatch.setitem(TRANSPORTS, "zeromq", Transport(connect, "ZeroMQ domain {domain}", joins_processes=True))
+    model = "examples/robot_in_the_air/after.yaml"
+    for command in (("test", model, "--cases", 1), ("node", "controller", model), ("node", "tester", model)):
+        ran = scbm(*command, "--transport", "zeromq")
+        assert (ran.code, diagnostic_heads(ran.err)) == (2, ["ZeroMQ: error[bus-unusable]"])

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from scbm.cli.campaigns.suite import Suite
     from scbm.model import BehaviorModel
+    from scbm.nodes.buses.transports import Join
 
 
 def open_rclpy(domain: int) -> Bus:
@@ -58,12 +59,10 @@ def serve_node(
             NodeContext(bus, model, new_status(role, model, digest_of(model), resources), warn, print_line), drivers
         )
 
-    join = TRANSPORTS[transport].connect(domain, warn)
+    async def serve_both(join: Join) -> bool:
+        async def open_bus() -> Bus:
+            return join(role)
 
-    async def open_bus() -> Bus:
-        return join(role)
-
-    async def serve_both() -> bool:
         drivers = None if open_drivers is None else open_drivers()
         try:
             return await serve(open_bus, partial(with_context, drivers), report=print_line, until_eof=while_stdin)
@@ -71,12 +70,12 @@ def serve_node(
             if drivers is not None:
                 await drivers.close()
 
-    async def serve_again() -> None:
-        while await serve_both():
+    async def serve_again(join: Join) -> None:
+        while await serve_both(join):
             pass
 
     try:
-        asyncio.run(serve_again())
+        asyncio.run(serve_again(TRANSPORTS[transport].connect(domain, warn)))
     except BusError as error:
         raise bus_error(error) from None
     return 0

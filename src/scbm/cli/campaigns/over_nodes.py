@@ -201,7 +201,9 @@ def over_nodes(asked: NodeOptions, tester: Tester) -> Iterator[OverNodes]:
     Raises `InputError` if the cell is incomplete.
     """
     logs = SavedLogs(asked)
-    session = Session(_cell(asked), asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
+    with _node_errors(asked):
+        cell = _cell(asked)
+    session = Session(cell, asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
     session.warn = warn
     session.waiting = Waiting(asked, warn)
     with _node_errors(asked), session:
