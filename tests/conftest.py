@@ -106,7 +106,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if config.getoption("--full") or config.getoption("markexpr"):
         kept, left_out = tiers.sample(items, config.getoption("--one-in"))
     else:
-        kept, left_out = tiers.split(items, config.args)
+        kept, left_out = tiers.split(items, config.args, runs_longer=config.getoption("--update-golden"))
     config.stash[_LEFT_OUT] = tiers.counts(left_out)
     if left_out:
         config.hook.pytest_deselected(items=left_out)

@@ -14,7 +14,7 @@ TIERS: Mapping[str, str] = {
     "slow": "takes seconds of CPU: large counts, many processes",
     "longer": "takes tenths of a second of CPU, such as a closing of random models",
     "browser": "opens pages in Chromium",
-    "peer": "needs a program or library of others: idlc, cargo, genhtml, Perfetto, rosbags, lxml",
+    "peer": "needs a program or library of others: idlc, cargo, genhtml, Perfetto, Dask, scipy",
     "dds": "starts nodes as processes that meet over DDS",
 }
 
@@ -27,13 +27,19 @@ def tier_of(item: pytest.Item) -> str | None:
     return next((tier for tier in TIERS if item.get_closest_marker(tier)), None)
 
 
-def split(items: Iterable[pytest.Item], named: Iterable[str]) -> tuple[list[pytest.Item], list[pytest.Item]]:
-    """Return the tests of a usual run and those it leaves out; tests that the command line names always run."""
+def split(
+    items: Iterable[pytest.Item], named: Iterable[str], *, runs_longer: bool = False
+) -> tuple[list[pytest.Item], list[pytest.Item]]:
+    """Return the tests of a usual run and those it leaves out; tests that the command line names always run.
+
+    `runs_longer` keeps the tier `longer`, too: it needs nothing more, and has many of the golden files.
+    """
     ids = tuple(name for name in named if "::" in name)
     kept: list[pytest.Item] = []
     left_out: list[pytest.Item] = []
     for item in items:
-        is_kept = tier_of(item) is None or item.nodeid.startswith(ids)
+        tier = tier_of(item)
+        is_kept = tier is None or (runs_longer and tier == "longer") or item.nodeid.startswith(ids)
         (kept if is_kept else left_out).append(item)
     return kept, left_out
 

@@ -45,6 +45,12 @@ def test_a_longer_test_whose_parameter_is_slow_is_slow(request: pytest.FixtureRe
     assert [tier_of(each) for each in (item(request, "test_one", "longer"), both)] == ["longer", "slow"]
 
 
+def test_longer_tests_run_where_golden_files_are_written(request: pytest.FixtureRequest) -> None:
+    items = [item(request, "test_long", "longer"), item(request, "test_very_long", "slow")]
+    assert [len(each) for each in split(items, [])] == [0, 2]
+    assert [each.name for each in split(items, [], runs_longer=True)[0]] == ["test_long"]
+
+
 def test_a_sample_has_a_fixed_part_of_the_slow_tests_and_all_others(request: pytest.FixtureRequest) -> None:
     items = [item(request, "test_plain"), *(item(request, f"test_long_{number}", "slow") for number in range(30))]
     kept, left_out = sample(items, 3)

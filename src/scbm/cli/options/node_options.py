@@ -46,7 +46,7 @@ TestTransport = Annotated[
     str | None,
     NameOf(
         lambda: TRANSPORTS,
-        HelpSection.NODES.option("--transport", help="Run over nodes: in this process, or as processes of DDS."),
+        HelpSection.NODES.option("--transport", help="Run over nodes, in this process or as processes."),
     ),
 ]
 NodeTransport = Annotated[

@@ -1,6 +1,6 @@
 """The interface to a middleware: topics, services, and which peers are matched.
 
-The names are those of ROS 2. A bus is one of `loopback`, `dds` or `ros2`; nodes and links know this protocol alone.
+The names are those of ROS 2. `loopback`, `dds` and `rclpy_bus` have buses; nodes and links know this protocol alone.
 All that is called back is called on the event loop that the bus was opened on, in the order in which it came.
 """
 
