@@ -1,4 +1,4 @@
-"""When a campaign that took no number of processes goes on in processes: once it takes long."""
+"""The executor that begins in this process, and goes on in several once a campaign takes long."""
 
 from __future__ import annotations
 
