@@ -14,7 +14,7 @@ from scbm.cli.campaigns.suite_recording import update_hint
 from scbm.cli.main import INTERRUPTED
 from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_inputs
 from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
-from scbm.cli.options.option_errors import refuse_given
+from scbm.cli.options.option_errors import OptionReader, refuse_given
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Threshold
     from scbm.cli.campaigns.campaign_loop import Finished
     from scbm.cli.options.node_options import NodeOptions
+    from scbm.model import Requirement
     from scbm.testing import Campaign, Finding
     from scbm.testing.batches.batch_summary import BatchSummary
     from scbm.testing.batches.campaign_runs import Executor
@@ -69,24 +70,30 @@ class CampaignOptions:
         Args:
             options: further options about random cases with their values, by their names.
         """
-        loaded = self.planner.applied(load_model(self.model))
+        model, read = load_model(self.model), OptionReader()
+        loaded = read.read(lambda: self.planner.applied(model), model)
         default = 0 if self.files else _RANDOM
         random = (default if self.dry is None else MAX_RANDOM) if self.cases is None else self.cases
-        refuse_without_random_cases(random, {"--network": self.network, "--inputs": self.inputs, **options})
+        given = {"--network": self.network, "--inputs": self.inputs, **options}
+        read.read(lambda: refuse_without_random_cases(random, given), None)
+        faults = read.read(lambda: read_faults(self.network, loaded), None)
+        requirements: tuple[Requirement, ...] = read.read(lambda: read_requirements(self.require, loaded), ())
+        time_limit_ns = read.read(lambda: read_time_limit(self.time_limit), None)
+        moves_inputs = read.read(lambda: read_inputs(self.inputs), default=False)
         suite = Suite(
             loaded,
             self.model,
             self.files,
-            load_suite(self.files, loaded),
+            read.last(lambda: load_suite(self.files, loaded)),
             random,
             self.seed,
             self.network,
-            read_faults(self.network, loaded),
-            read_requirements(self.require, loaded),
-            read_time_limit(self.time_limit),
+            faults,
+            requirements,
+            time_limit_ns,
             range(1, random + 1),
             self.planner.text,
-            read_inputs(self.inputs),
+            moves_inputs,
         )
         suite.refuse_equal_names()
         return suite

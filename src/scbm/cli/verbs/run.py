@@ -6,7 +6,7 @@ from typing import Annotated
 from scbm.cases import Case, CaseLimits, Origin
 from scbm.cli.options.campaign_options import read_inputs
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.option_errors import option_error
+from scbm.cli.options.option_errors import OptionReader, option_error
 from scbm.cli.options.option_values import (
     allowed_state,
     read_faults,
@@ -19,7 +19,7 @@ from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.verb_options import AllChanges, Inputs, Json, Model, Require, StateValues, TraceFile
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, Requirement
 from scbm.testing import RandomCases, Tester, draw_network
 
 
@@ -53,14 +53,18 @@ def command(
     """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter(model=model)
     writer.refuse_outputs({"--trace": trace})
-    loaded = planner.applied(load_model(model))
-    faults = read_faults(network, loaded)
-    asked = _case(loaded, str(model), goal, state, Origin(seed, case or 1, read_inputs(inputs)), drawn=case is not None)
+    written, options = load_model(model), OptionReader()
+    loaded = options.read(lambda: planner.applied(written), written)
+    faults = options.read(lambda: read_faults(network, loaded), None)
+    requirements: tuple[Requirement, ...] = options.read(lambda: read_requirements(require or [], loaded), ())
+    time_limit_ns = options.read(lambda: read_time_limit(time_limit), None)
+    origin = Origin(seed, case or 1, options.read(lambda: read_inputs(inputs), default=False))
+    asked = options.last(lambda: _case(loaded, str(model), goal, state, origin, drawn=case is not None))
     asked = replace(
         asked,
         network=draw_network(loaded, Origin(seed, case or 1)) if faults is None else faults,
-        requirements=read_requirements(require or [], loaded),
-        limits=CaseLimits(time_ns=read_time_limit(time_limit)),
+        requirements=requirements,
+        limits=CaseLimits(time_ns=time_limit_ns),
     )
     execution = Tester(loaded).execute(asked)
     show_run(loaded, execution, trace=trace, writer=writer, json=json, every=every)

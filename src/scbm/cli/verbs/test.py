@@ -36,6 +36,7 @@ from scbm.cli.options.node_options import (
     refuse_with_nodes,
     refuse_without_transport,
 )
+from scbm.cli.options.option_errors import OptionReader
 from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.cli.options.verb_options import (
@@ -127,8 +128,9 @@ def command(
     wanted = CampaignOptions(
         model, files or [], cases, seed, network, require or [], time_limit, planner, until_dry, inputs
     )
-    suite = wanted.suite({"--save": save, "--until-dry": until_dry})
-    figures = read_thresholds(fail_under or [])
+    options = OptionReader()
+    figures = options.read(lambda: read_thresholds(fail_under or []), read_thresholds([]))
+    suite = options.last(lambda: wanted.suite({"--save": save, "--until-dry": until_dry}))
     refuse_asserted(figures, store, is_over_nodes=transport is not None)
     refuse_selection(until_dry, {"-k": select, "--lf": last_failed or None})
     recording = RecordingMode(record, update)
