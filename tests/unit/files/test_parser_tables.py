@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import lark
 import pytest
@@ -80,3 +81,14 @@ def test_the_tables_of_another_version_of_lark_are_not_used(stored: Lark, monkey
     monkeypatch.setattr(lark, "__version__", "0.1")
     assert stored_parser(grammar()) is None
     assert parser_of(grammar()).parse("a == b", start="predicate") == stored.parse("a == b", start="predicate")
+
+
+@pytest.mark.parametrize("content", [None, "", "{", "[]", "{}", "\x00"])
+def test_without_tables_that_can_be_read_they_are_built(
+    content: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "tables.json"
+    monkeypatch.setattr("scbm.files.language.parser_tables.TABLES", path)
+    if content is not None:
+        path.write_text(content, encoding="utf-8")
+    assert stored_parser(grammar()) is None

@@ -31,8 +31,11 @@ def parser_of(grammar: str) -> Lark:
 
 def stored_parser(grammar: str) -> Lark | None:
     """Return the parser of the stored tables; `None` if they are not those of this grammar and this version of Lark."""
-    stored: Any = read_json(TABLES.read_text(encoding="utf-8"), _MAX_CHARACTERS) if TABLES.exists() else {}
-    if (stored.get("lark"), stored.get("grammar")) != (lark.__version__, grammar):
+    try:
+        stored: Any = read_json(TABLES.read_text(encoding="utf-8"), _MAX_CHARACTERS)
+    except (OSError, ValueError):  # the file is missing or damaged
+        return None
+    if not isinstance(stored, dict) or (stored.get("lark"), stored.get("grammar")) != (lark.__version__, grammar):
         return None
     return Lark.load(BytesIO(pickle.dumps(_with_numbers(stored["tables"]))))
 
