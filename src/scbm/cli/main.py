@@ -115,6 +115,7 @@ def _freeze_modules() -> None:
 def _run(arguments: list[str], begin: Callable[[], None]) -> int:
     """Run a command line and return its exit code; `begin` is called before the work of the verb."""
     codecs.register_error(_ASCII_HANDLER, _ascii_forms)
+    _replace_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors=_ASCII_HANDLER)
@@ -127,6 +128,13 @@ def _run(arguments: list[str], begin: Callable[[], None]) -> int:
         return WRONG_INPUT
     except Exception as error:  # noqa: BLE001 - the last handler: it separates defects of scbm from interruptions
         return INTERRUPTED if _is_interruption(error) else _own_fault()
+
+
+def _replace_closed_streams() -> None:
+    """Write to the null device what would go to a stream that is closed, as by `scbm check >&-`: it is `None`."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115 - until the end
 
 
 def _done(arguments: list[str], begin: Callable[[], None]) -> int:

@@ -187,3 +187,21 @@ def test_the_help_shows_whole_sentences(scbm: Callable[..., Ran]) -> None:
     sentences = re.split(r"\n  (?=\S)", commands.rstrip())
     assert len(sentences) == len({verb.split()[0] for verb in VERBS})
     assert [sentence for sentence in sentences if not re.search(r"[^.]\.$", sentence)] == []
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize(
+    ("command", "code", "shown"),
+    [
+        (f"check {BEFORE} >&-", 0, ""),
+        ("--version >&-", 0, ""),
+        (f"test {BEFORE} --cases 1 --json >&-", 0, ""),
+        ("check missing.yaml 2>&-", 2, ""),
+        ("check missing.yaml >&- 2>&-", 2, ""),
+        ("check missing.yaml >&-", 2, "missing.yaml"),
+    ],
+)
+def test_a_stream_that_is_closed_is_written_to_nowhere(command: str, code: int, shown: str) -> None:
+    shell = ["sh", "-c", f"exec {sys.executable} -m scbm {command}"]
+    done = subprocess.run(shell, cwd=ROOT, check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr[: len(shown)]) == (code, "", shown)
