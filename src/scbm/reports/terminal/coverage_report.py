@@ -146,6 +146,7 @@ _ANSWERED = "every request is answered: force `timeout` under `outcomes` of a ca
 _UNREQUESTED = "nothing is requested that can fail: only automatic transitions can set them to `failed`"
 _ON_TIME = "nothing is requested: they time out only if their guard under `post` does not hold before the deadline"
 _TIMELESS = "they have no `deadline`, so they never time out"
+_AT_ONCE = "they complete as soon as they start, so they never time out"
 _GUARDED = "their guards never held: see above what they wait for"
 _BY_CHANCE = "perhaps by chance: run more cases"
 _ADVICE_INDENT = 17
@@ -318,7 +319,11 @@ def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tu
     ]
     timed = [obligation for obligation in planned if obligation not in timeless]
     if timeless:
-        yield len(timeless), _TIMELESS
+        from scbm.closing.advice.doubts import completes_at_once  # noqa: PLC0415 - few reports need it
+
+        at_once = sum(1 for each in timeless if completes_at_once(campaign.model.operation(each.subject)))
+        parts = ((len(timeless) - at_once, _TIMELESS), (at_once, _AT_ONCE))
+        yield from ((count, advice) for count, advice in parts if count)
     if aspect is Aspect.QUEUED:
         advice = [(len(missed), _BY_CHANCE if has_few_cases(coverage) else _UNPLANNED)]
     elif aspect is Aspect.DISABLED:
