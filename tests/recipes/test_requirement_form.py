@@ -69,11 +69,12 @@ def test_wrong_values_of_a_new_form_are_located(end: str, slug: str, scbm: Calla
     assert (wrong.code, wrong.err.startswith("--require:1:"), f"error[{slug}]" in wrong.err) == (2, True, True)
 
 
+@pytest.mark.longer
 def test_random_sentences_have_the_new_form_and_parse_back(tmp_path: Path) -> None:
     model = scan_cell()
 
     @given(st.data())
-    @examples(600)
+    @examples(2_000)  # in a usual run 200, so that each of some ten forms is drawn
     def every_sentence_parses_back(data: st.DataObject) -> None:
         sentence = data.draw(sentences(model.running_space.variables))
         assert parse_requirement(str(sentence), Scope.of(model)) == sentence
