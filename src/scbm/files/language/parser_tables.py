@@ -37,7 +37,8 @@ def stored_parser(grammar: str) -> Lark | None:
         return None
     if not isinstance(stored, dict) or (stored.get("lark"), stored.get("grammar")) != (lark.__version__, grammar):
         return None
-    return Lark.load(BytesIO(pickle.dumps(_with_numbers(stored["tables"]))))
+    tables = pickle.dumps(_with_numbers(stored["tables"]))  # `Lark.load` reads no other format
+    return Lark.load(BytesIO(tables))
 
 
 def built_parser(grammar: str) -> Lark:
