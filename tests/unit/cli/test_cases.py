@@ -238,7 +238,7 @@ def test_without_shrinking_the_first_case_is_reported(scbm: Scbm, tmp_path: Path
 def test_small_cases_that_cannot_be_saved_are_reported_and_the_report_goes_on(scbm: Scbm, tmp_path: Path) -> None:
     file = _write(tmp_path, "file")
     ran = scbm("test", BEFORE, "--require", HOME, "--failures", file / "below")
-    assert (ran.code, "error[bad-option]" in ran.err) == (1, True)
+    assert (ran.code, ran.err.count("error[bad-option]")) == (2, 1)
     assert "smallest: " in ran.out
     assert f"again: scbm run {BEFORE} --seed 0" in ran.out
 

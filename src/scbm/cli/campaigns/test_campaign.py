@@ -145,11 +145,11 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     tester = Tester(suite.model)
     is_saved = output.save is None or done.ended is not None or _save_random(suite, tester, output.save)
     findings = find_causes(tester, done.campaign, MAX_SHRUNK if output.shrink and is_whole else 0)
-    saved = [_save_small(suite, finding, output.failures) for finding in findings]
-    _remember_failed(suite, done.campaign, output.failures)
+    saved, is_kept = _save_all_small(suite, findings, output.failures)
+    is_kept = is_kept and _remember_failed(suite, done.campaign, output.failures)
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
     code = _report(done, _setting(suite, findings, commands), output, suite)
-    return code if is_saved else max(2, code)
+    return code if is_saved and is_kept else max(2, code)
 
 
 def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, command: str) -> int:
@@ -174,8 +174,7 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
             return finished_executions(suite, nodes.executions(suite.work.cases(), begin))
 
         done = carry_out(suite, output.store, run, asked.words, stop=output.stop)
-    if nodes.logs.is_whole:
-        _remember_failed(suite, done.campaign, output.failures)
+    is_kept = nodes.logs.is_whole and _remember_failed(suite, done.campaign, output.failures)
     findings = find_causes(tester, done.campaign, 0)  # what fails over nodes need not fail in simulation
     logs = (nodes.logs.files.get(finding.names[0]) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
@@ -187,7 +186,7 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
         errors().prose(f"scbm: {complaint}")
     if any(answers.is_silent for answers in nodes.answers):
         code = max(code, 1)
-    return code if nodes.logs.is_whole else max(2, code)
+    return code if is_kept else max(2, code)
 
 
 def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: Suite) -> int:
@@ -320,9 +319,7 @@ def _save_random(suite: Suite, tester: Tester, directory: Path) -> bool:
     positions = range(first, suite.count + 1)
     there = [p for p in positions if lexists(directory / f"{suite.work.name(p)}.yaml")]
     return all(
-        _is_written(
-            suite, _saved_texts(suite, tester, directory, some[begin : begin + _SAVED_AT_ONCE]), overwrite=False
-        )
+        _is_written(suite, _saved_texts(suite, tester, directory, some[begin : begin + _SAVED_AT_ONCE]))
         for some in (there, positions)
         for begin in range(0, len(some), _SAVED_AT_ONCE)
     )
@@ -337,8 +334,20 @@ def _saved_texts(suite: Suite, tester: Tester, directory: Path, positions: Seque
     return case_texts(labelled, directory, suite.model, suite.file)
 
 
+def _save_all_small(suite: Suite, findings: Sequence[Finding], directory: Path) -> tuple[list[Path | None], bool]:
+    """Save the small cases; return their paths, and whether there was no error. After an error, none is saved."""
+    saved: list[Path | None] = [None] * len(findings)
+    for number, finding in enumerate(findings):
+        try:
+            saved[number] = _save_small(suite, finding, directory)
+        except InputError as error:
+            errors().diagnostics(error.diagnostics)
+            return saved, False
+    return saved, True
+
+
 def _save_small(suite: Suite, finding: Finding, directory: Path) -> Path | None:
-    """Save the small case of a finding and return its path; `None` if there is none or it cannot be saved."""
+    """Save the small case of a finding and return its path; `None` if there is none. Raise `InputError`."""
     if finding.shrunk is None:
         return None
     failed = finding.names[0]
@@ -349,13 +358,14 @@ def _save_small(suite: Suite, finding: Finding, directory: Path) -> Path | None:
     (path,) = texts
     if suite.writer.reads(path):
         return None  # the suite has the small case of an earlier campaign, which shows the failure as well
-    return path if _is_written(suite, texts, overwrite=True) else None
+    suite.writer.write_all(texts, overwrite=True)
+    return path
 
 
-def _is_written(suite: Suite, texts: Mapping[Path, str], *, overwrite: bool) -> bool:
-    """Write files; print an error instead of raising it, as the report follows."""
+def _is_written(suite: Suite, texts: Mapping[Path, str]) -> bool:
+    """Write new files; print an error instead of raising it, as the report follows."""
     try:
-        suite.writer.write_all(texts, overwrite=overwrite)
+        suite.writer.write_all(texts, overwrite=False)
     except InputError as error:
         errors().diagnostics(error.diagnostics)
         return False
@@ -383,8 +393,8 @@ def _setting(suite: Suite, findings: Sequence[Finding], commands: Sequence[str])
     )
 
 
-def _remember_failed(suite: Suite, campaign: Campaign, directory: Path) -> None:
-    """Record for `--lf` which cases failed; show an error instead of raising it."""
+def _remember_failed(suite: Suite, campaign: Campaign, directory: Path) -> bool:
+    """Record for `--lf` which cases failed; show an error instead of raising it, and return whether there was none."""
     listed = campaign.summary.failed_positions
     failed = dict.fromkeys(map(campaign.source.name, listed))
     is_whole = len(listed) == campaign.failed_count
@@ -397,3 +407,5 @@ def _remember_failed(suite: Suite, campaign: Campaign, directory: Path) -> None:
         last.write(directory, suite.file, suite.writer)
     except InputError as error:
         errors().diagnostics(error.diagnostics)
+        return False
+    return True
