@@ -33,9 +33,9 @@ def full_folders(texts: Mapping[str, str]) -> dict[str, int]:
 
 
 def repeated_modules(texts: Mapping[str, str]) -> list[str]:
-    """Return the names of modules that occur more than once; modules beside the packages are deprecated names."""
-    inside = (PurePosixPath(path) for path in texts if "/" in path)
-    return _repeated(path.stem for path in inside if not path.stem.startswith("__"))
+    """Return the names of modules that occur more than once."""
+    stems = (PurePosixPath(path).stem for path in texts)
+    return _repeated(stem for stem in stems if not stem.startswith("__"))
 
 
 def repeated_classes(texts: Mapping[str, str]) -> list[str]:
