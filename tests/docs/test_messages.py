@@ -62,7 +62,11 @@ def not_utf8(directory: Path) -> None:
     load_model(path)
 
 
-def a_trace_of_another_version(_: Path) -> None:
+def no_trace(_: Path) -> None:
+    read_trace("{}\n", "run.jsonl")
+
+
+def a_newer_trace(_: Path) -> None:
     read_trace('{"format": "scbm-trace", "version": 3}\n', "run.jsonl")
 
 
@@ -97,10 +101,10 @@ def an_empty_store(directory: Path) -> None:
     read_history(path)
 
 
-def a_newer_store(directory: Path) -> None:
+def an_older_store(directory: Path) -> None:
     path = store(directory / "cov.db", 1, results(1, 1))
     connection = sqlite3.connect(path)
-    connection.execute("PRAGMA user_version = 10")
+    connection.execute("PRAGMA user_version = 8")
     connection.close()
     read_history(path)
 
@@ -108,12 +112,13 @@ def a_newer_store(directory: Path) -> None:
 PROVOKING = [
     too_large,
     not_utf8,
-    a_trace_of_another_version,
+    no_trace,
+    a_newer_trace,
     a_log_that_is_cut_off,
     a_log_of_another_model,
     a_damaged_store,
     an_empty_store,
-    a_newer_store,
+    an_older_store,
 ]
 
 

@@ -9,8 +9,6 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from support.recipe_page import followed
 
 TITLE = "A column of the store"
@@ -21,23 +19,23 @@ def columns(path: Path) -> list[Any]:
         return connection.execute("SELECT passed, failures FROM test_case").fetchall()
 
 
-@pytest.mark.parametrize("is_old", [False, True], ids=["new store", "store of the version before"])
-def test_a_new_column_is_filled_and_older_stores_get_it(
-    scbm: Callable[..., Any], tmp_path: Path, *, is_old: bool
+def test_a_new_column_is_filled_and_stores_of_the_version_before_are_refused(
+    scbm: Callable[..., Any], tmp_path: Path
 ) -> None:
     with followed(TITLE, tmp_path) as recipe:
         pass
     fill, report = (recipe.in_directory(command, tmp_path) for command in recipe.commands)
     fill = (*fill, "--failures", str(tmp_path / "failures"))
-    if is_old:
-        scbm(*fill)
+    scbm(*fill)
     with followed(TITLE, tmp_path):
-        assert json.loads(scbm(*report).out)["cases"] if is_old else True  # read as it is, without an upgrade
-        more = ("--seed", "2") if is_old else ()
-        scbm(*(word for word in fill if not more or word not in ("--seed", "1")), *more)
+        for command in (report, fill):
+            before = scbm(*command)
+            assert (before.code, "cases.db: error[format-version]" in before.err) == (2, True)
+        (tmp_path / "cases.db").unlink()
+        scbm(*fill)
         rows = columns(tmp_path / "cases.db")
-        assert [passed for passed, _ in rows].count(None) == (5 if is_old else 0)
-        assert all(passed == (failures is None) for passed, failures in rows if passed is not None)
+        assert len(rows) == 5
+        assert all(passed == (failures is None) for passed, failures in rows)
         assert len(json.loads(scbm(*report).out)["cases"]) == len(rows)
     newer = scbm(*report)
-    assert (newer.code, "store-newer" in newer.err) == (2, True)
+    assert (newer.code, "cases.db: error[format-version]" in newer.err) == (2, True)

@@ -133,7 +133,7 @@ def _check_diagnostic(diagnostic: Diagnostic, lines: list[str], file: str) -> No
     assert diagnostic.message.isprintable()
     assert (diagnostic.remedy or "").isprintable()
     if not place.line:
-        assert diagnostic.slug is Slug.FILE_EMPTY
+        assert diagnostic.slug in (Slug.FILE_EMPTY, Slug.FORMAT_VERSION)
         return
     assert 1 <= place.line <= len(lines)
     assert diagnostic.source_line == lines[place.line - 1]

@@ -39,10 +39,6 @@ _MODEL_FILE = re.compile(rf'"model"\s*:\s*{_WORD}\s*,\s*"model_file"\s*:\s*({_WO
 """The name of the model file in the beginning of a certificate, which may be too large to be read for that alone."""
 
 
-UPGRADED = "after an upgrade of scbm, see `docs/how-to/migrate-to-the-open-world.md`"
-"""Said of certificates with flaws: earlier versions proved claims about fewer runs."""
-
-
 @dataclass(frozen=True, slots=True)
 class CertificateFile:
     """A certificate and the file that it was read from.
@@ -101,7 +97,7 @@ class CheckedCertificate:
         first, *others = [str(flaw) for flaw in self.flaws] or [""]
         if not first:
             return []
-        found = [Diagnostic(Slug.CERTIFICATE_WRONG, first, place, f"{remedy}; {UPGRADED}")]
+        found = [Diagnostic(Slug.CERTIFICATE_WRONG, first, place, remedy)]
         return [*found, *(Diagnostic(Slug.CERTIFICATE_WRONG, flaw, place) for flaw in others)]
 
     @property
@@ -109,7 +105,7 @@ class CheckedCertificate:
         """Why the certificate does not count, as a sentence without a full stop; empty if it is sound."""
         if not self.is_of_this_model:
             return f"{self.file.path}: it is for another version of the model"
-        return f"{self.file.path}: {self.flaws[0]}; {UPGRADED}" if self.flaws else ""
+        return f"{self.file.path}: {self.flaws[0]}" if self.flaws else ""
 
     @property
     def obligations(self) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from scbm.files import read_file
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import Diagnostic, InputError, Place, Slug, refuse_other_version
 from scbm.model.json_reader import JsonError, convert_json, line_and_column, read_json_object
 from scbm.proofcheck import RunsArgument, StructureArgument, ValuesArgument
 
@@ -28,6 +28,7 @@ MAX_BYTES = 16 * 1024 * 1024
 
 _HEAD = '{"scbm_reasons": '
 _VERSION = 1
+_REMEDY = "close the model again, or remove this file: no check needs it"
 
 _ARGUMENTS = {
     StructureArgument.kind: "the text of the model excludes it",
@@ -78,7 +79,9 @@ class _ReasonsText:
             document = read_json_object(self._text, MAX_BYTES)
         except JsonError as error:
             raise self._error(error.message, error.position) from None
-        if document.get("scbm_reasons") != _VERSION or document.get("digest") != digest:
+        place = Place(str(self._path))
+        refuse_other_version("file of reasons", document.get("scbm_reasons"), _VERSION, place, _REMEDY)
+        if document.get("digest") != digest:
             raise self._error("these are not the reasons of this certificate")
         return self._sentences(document)
 
@@ -89,6 +92,5 @@ class _ReasonsText:
 
     def _error(self, message: str, position: int = 0) -> InputError:
         line, column, source = line_and_column(self._text, position)
-        remedy = "close the model again, or remove this file: no check needs it"
         place = Place(str(self._path), line, column)
-        return InputError([Diagnostic(Slug.BAD_CERTIFICATE, message, place, remedy, source_line=source)])
+        return InputError([Diagnostic(Slug.BAD_CERTIFICATE, message, place, _REMEDY, source_line=source)])

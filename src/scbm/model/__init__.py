@@ -35,7 +35,7 @@ from scbm.model.bindings import (
     ServiceType,
     TopicPair,
 )
-from scbm.model.diagnostics import Diagnostic, InputError, Place, ScbmError, Severity
+from scbm.model.diagnostics import Diagnostic, InputError, Place, ScbmError, Severity, refuse_other_version
 from scbm.model.durations import format_duration, format_moment, stable_durations
 from scbm.model.operations import Action, Add, Assign, Operation, Transition
 from scbm.model.packing import Packing
@@ -160,5 +160,6 @@ __all__ = [
     "format_duration",
     "format_moment",
     "format_value",
+    "refuse_other_version",
     "stable_durations",
 ]

@@ -130,7 +130,7 @@ _IDENTITY = re.compile(r"([^ ,]+) ([^,]+)(?:, max_length (\d{1,18}))?(?:, max_ex
 
 
 FIRST_PLANNER = PlannerIdentity("canonical", "1")
-"""The planner of files that name none: the versions of `scbm` that wrote them had no other."""
+"""The planner of recorded runs that name none; claims about canonical plans are checked for it alone."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from scbm.model.slugs import Slug
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from scbm.model.slugs import Slug
 
 _EXCERPT_WIDTH = 100
 """Maximum number of columns of a source line that are shown; longer lines are cut around the caret."""
@@ -114,3 +114,26 @@ class ScbmError(Exception):
 
 class InputError(ScbmError):
     """A file, an option or a value from the user is wrong. Carries all diagnostics about it."""
+
+
+_MAX_VERSION = 10**9
+"""Versions beyond it are not shown; no format has as many."""
+
+
+def refuse_other_version(noun: str, found: object, known: int, place: Place, remedy: str) -> None:
+    """Raise `InputError` unless a file has the only version of its format that this scbm reads (decision 56).
+
+    Args:
+        noun: the kind of the file in words.
+        found: its version, as the file says it.
+        known: the version that is read.
+        place: where the file says its version.
+        remedy: what to do with a file of another version.
+    """
+    number = found if type(found) is int and abs(found) < _MAX_VERSION else None
+    if number == known:
+        return
+    shown = "no known version" if number is None else f"version {number}"
+    message = f"this {noun} has {shown} of its format, and this scbm reads version {known} alone"
+    advice = f"update scbm, or {remedy}" if number is not None and number > known else remedy
+    raise InputError([Diagnostic(Slug.FORMAT_VERSION, message, place, advice)])

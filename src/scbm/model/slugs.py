@@ -120,6 +120,9 @@ class Slug(StrEnum):
     NEVER_COMES = "never-comes"
     MODEL_MISSING = "model-missing"
 
+    # files that scbm writes
+    FORMAT_VERSION = "format-version"
+
     # traces and replay
     BAD_TRACE = "bad-trace"
     REPLAY_DIFFERS = "replay-differs"
@@ -138,7 +141,6 @@ class Slug(StrEnum):
     # coverage stores
     NOT_A_STORE = "not-a-store"
     STORE_DAMAGED = "store-damaged"
-    STORE_NEWER = "store-newer"
     STORE_OTHER_MODEL = "store-other-model"
     STORE_EMPTY = "store-empty"
     STORE_UNUSABLE = "store-unusable"

@@ -346,4 +346,4 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
 }
 
 _OPTIONAL: Mapping[str, tuple[str, ...]] = {"goal": ("when",), "injection": ("after_ns",)}
-"""Fields that a log of version 4 can have, and older ones have not."""
+"""Fields that are left out where they have no value."""

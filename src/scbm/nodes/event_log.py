@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scbm.cases.trace import End, ends_of
 from scbm.files import open_input, read_case, write_case
-from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug
+from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug, refuse_other_version
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 from scbm.nodes.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
 from scbm.running import Runner, RunnerOptions, records_of
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 FORMAT = "scbm-events"
 FORMAT_VERSION = 4
-"""Incremented with every change of the format; `docs/reference/event-logs.md` describes each version."""
+"""Incremented with every change of the format, which `docs/reference/event-logs.md` describes."""
 
 MAX_BYTES = 256 * 1024 * 1024
 """Maximum size of a log: some millions of steps."""
@@ -215,7 +215,7 @@ def read_event_log(text: str, model: BehaviorModel, digest: str, file: str = "lo
         file: the name of the text in errors.
 
     Raises:
-        InputError: it is no log, is cut off, newer, or of another model; or some lines are wrong.
+        InputError: it is no log, is cut off, of another version, or of another model; or some lines are wrong.
     """
     return LogDocument(text, file).read(model, digest)
 
@@ -224,7 +224,7 @@ class LogDocument:
     """A log whose header is parsed; the other lines are parsed once the model is loaded."""
 
     def __init__(self, text: str, file: str) -> None:
-        """Take the text of a log; raise `InputError` if it is no log, is cut off, or newer."""
+        """Take the text of a log; raise `InputError` if it is no log, is cut off, or of another version."""
         self._file = file
         *lines, rest = text.split("\n")
         if not lines or rest:
@@ -332,20 +332,16 @@ class _Header:
                 "the trace of a run, which does not have its events" if data.get("format") == "scbm-trace" else "no log"
             )
             raise _bad(f"this is {noun}", place)
-        version = data.get("version")
-        if type(version) is not int or not _WITHOUT_PLANNER <= version <= FORMAT_VERSION:
-            versions = f"{_WITHOUT_PLANNER} to {FORMAT_VERSION}"
-            message = f"version {version} of the format of logs; this scbm reads versions {versions}"
-            raise _bad(message, place)
+        remedy = "record its run again: `scbm test MODEL CASES --logs DIRECTORY`"
+        refuse_other_version("log", data.get("version"), FORMAT_VERSION, place, remedy)
         try:
             self._read()
         except ValueError as error:
             raise _bad(str(error), place) from None
 
     def _read(self) -> None:
-        is_older = self._data["version"] == _WITHOUT_PLANNER
-        _refuse_other_keys(self._data, _HEADER if is_older else (*_HEADER, "planner"))
-        self.planner = FIRST_PLANNER if is_older else PlannerIdentity.parse(self._text("planner"))
+        _refuse_other_keys(self._data, _HEADER)
+        self.planner = PlannerIdentity.parse(self._text("planner"))
         self.model = (self._text("model"), self._matched("model_digest", _DIGEST))
         self.model_file = None if self._data["model_file"] is None else self._text("model_file")
         self.case = self._text("case")
@@ -386,11 +382,8 @@ class _Header:
 
 _HEADER = (
     "format", "version", "model", "model_digest", "model_file", "case", "time_scale", "real", "options", "end",
-    "trace", "steps", "reactions",
+    "trace", "planner", "steps", "reactions",
 )  # fmt: skip
-
-_WITHOUT_PLANNER = 2
-"""The last version whose header does not name the planner."""
 
 _WORDS = {
     "model_digest": "a SHA-256 of 64 hexadecimal digits",

@@ -107,8 +107,7 @@ def _write_values(argument: ValuesArgument) -> list[str]:
 
 
 def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgument:
-    goals = GoalOrder(document.get("goals", GoalOrder.SINGLE))
-    plans = PlanSet(document.get("plans", PlanSet.CANONICAL))
+    goals, plans = GoalOrder(document["goals"]), PlanSet(document["plans"])
     is_of_set = plans is not PlanSet.CANONICAL
 
     def situation(value: object, path: JsonPath) -> Situation:

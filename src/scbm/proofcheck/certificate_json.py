@@ -9,7 +9,16 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from scbm.model import FIRST_PLANNER, Diagnostic, GoalOrder, InputError, Place, PlannerIdentity, PlanSet, Slug
+from scbm.model import (
+    Diagnostic,
+    GoalOrder,
+    InputError,
+    Place,
+    PlannerIdentity,
+    PlanSet,
+    Slug,
+    refuse_other_version,
+)
 from scbm.model.json_reader import JsonError, line_and_column, quoted, read_json, value_positions
 from scbm.proofcheck.certificate import Certificate, RunsArgument
 from scbm.proofcheck.certificate_arguments import ARGUMENTS, json_list, json_text
@@ -29,7 +38,7 @@ FORMAT_VERSION = 4
 def certificate_text(certificate: Certificate, model_file: str | None = None) -> str:
     """Return the text that `read_certificate_file` reads; `model_file` is the path of the model relative to it."""
     parts = [
-        f'"scbm_certificate": {FORMAT_VERSION}',
+        f'"{_VERSION}": {FORMAT_VERSION}',
         f'"model": {json_text(certificate.model)}',
         *([] if model_file is None else [f'"model_file": {json_text(model_file)}']),
         f'"digest": {json_text(certificate.digest)}',
@@ -52,13 +61,8 @@ MAX_WORD = 1_000
 MAX_FAULTS = 100
 """Maximum number of faults that are reported for one certificate."""
 
-_HEAD = ("scbm_certificate", "model", "digest", "claims", "argument")
-_WITHOUT_PLANNER = 1
-"""The last version that does not name the planner."""
-_WITHOUT_RUNS = 2
-"""The last version that does not name the goals and plans of the runs; they have one goal and canonical plans."""
-_WITH_REASONS = 3
-"""The last version whose claims have reasons, which nothing checks; they are read, and do not count."""
+_VERSION = "scbm_certificate"
+_HEAD = (_VERSION, "model", "digest", "claims", "argument", "planner", "goals", "plans")
 _MAX_NUMBER = 2**63
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 
@@ -84,6 +88,9 @@ def read_certificate_file(text: str, file: str = "certificate") -> tuple[Certifi
         document = read_json(text, MAX_CHARACTERS)
     except JsonError as error:
         raise InputError([_diagnostic(error.message, text, file, error.position)]) from None
+    if isinstance(document, dict) and _VERSION in document:
+        remedy = "close its model again: `scbm close MODEL --out DIRECTORY`"
+        refuse_other_version("certificate", document[_VERSION], FORMAT_VERSION, Place(file), remedy)
     reading = CertificateParts()
     read = reading.read(document)
     if read is None:
@@ -116,31 +123,21 @@ class CertificateParts:
         return None if self.faults else (certificate, model_file)
 
     def _certificate(self, document: object) -> Certificate:
-        if not isinstance(document, dict) or "scbm_certificate" not in document:
+        if not isinstance(document, dict) or _VERSION not in document:
             raise _FaultError((), "this is not a certificate of scbm")
-        version = document["scbm_certificate"]
-        if type(version) is not int or not _WITHOUT_PLANNER <= version <= FORMAT_VERSION:
-            shown = version if type(version) is int and abs(version) < _MAX_NUMBER else "?"
-            versions = f"{_WITHOUT_PLANNER} to {FORMAT_VERSION}"
-            message = f"version {shown} of the format of certificates; this scbm reads versions {versions}"
-            raise _FaultError(("scbm_certificate",), message)
         kind = document.get("argument")
         if not isinstance(kind, str) or kind not in ARGUMENTS:
             path: JsonPath = ("argument",) if "argument" in document else ()
             raise _FaultError(path, f"the key `argument` is one of: {', '.join(ARGUMENTS)}")
-        names_runs = version > _WITHOUT_RUNS
-        is_present = {"model_file": "model_file" in document, "planner": version > _WITHOUT_PLANNER}
-        is_present |= {"goals": names_runs, "plans": names_runs}
-        optional = tuple(key for key, present in is_present.items() if present)
+        optional = ("model_file",) if "model_file" in document else ()
         self.keys(document, (*_HEAD, *optional, *ARGUMENTS[kind].keys), ())
-        if names_runs:
-            self._refuse_other_runs(document, kind)
+        self._refuse_other_runs(document, kind)
         return Certificate(
             self.word(document["model"], ("model",)),
             self._digest(document["digest"], ("digest",)),
-            self.each(document["claims"], ("claims",), self._claim if version <= _WITH_REASONS else self.word),
+            self.words(document["claims"], ("claims",)),
             ARGUMENTS[kind].read(self, document),
-            self._planner(document, kind, ("planner",)),
+            self._planner(document["planner"], ("planner",)),
         )
 
     def _refuse_other_runs(self, document: dict[str, Any], kind: str) -> None:
@@ -154,13 +151,11 @@ class CertificateParts:
             if document[key] not in tuple(words):
                 raise _FaultError((key,), f"expected one of: {', '.join(words)}")
 
-    def _planner(self, document: dict[str, Any], kind: str, path: JsonPath) -> PlannerIdentity | None:
-        """Return the planner that a certificate names; older ones of all runs are about the first planner."""
-        if "planner" not in document:
-            return FIRST_PLANNER if kind == RunsArgument.kind else None
-        if document["planner"] is None:
+    def _planner(self, value: object, path: JsonPath) -> PlannerIdentity | None:
+        """Return the planner that a certificate names, if any."""
+        if value is None:
             return None
-        planner = self.keys(document["planner"], ("name", "version"), path)
+        planner = self.keys(value, ("name", "version"), path)
         return PlannerIdentity(
             self.word(planner["name"], (*path, "name")), self.word(planner["version"], (*path, "version"))
         )
@@ -178,11 +173,6 @@ class CertificateParts:
         if not isinstance(value, str) or not _DIGEST.fullmatch(value):
             raise _FaultError(path, "a digest has 64 digits, `0` to `9` and `a` to `f`")
         return value
-
-    def _claim(self, value: object, path: JsonPath) -> str:
-        claim = self.keys(value, ("obligation", "reason"), path)
-        self.word(claim["reason"], (*path, "reason"))
-        return self.word(claim["obligation"], (*path, "obligation"))
 
     def value(self, value: object, path: JsonPath) -> Value:
         """Return a value of a variable."""

@@ -266,7 +266,7 @@ class History:
 
     @property
     def short(self) -> dict[Excuse, int]:
-        """The number of goals that passing cases missed, by the reason; older stores do not have the reasons."""
+        """The number of goals that passing cases missed, by the reason."""
         found: dict[Excuse, int] = {}
         for excuse in (excuse for case in self.cases if case.verdict.is_short for excuse in case.verdict.excuses):
             found[excuse] = found.get(excuse, 0) + 1
@@ -274,7 +274,7 @@ class History:
 
     @property
     def short_count(self) -> int:
-        """The number of cases that passed although they missed a goal, as far as excuses are known."""
+        """The number of cases that passed although they missed a goal."""
         return sum(case.verdict.is_short for case in self.cases)
 
     @property
@@ -305,16 +305,17 @@ def sayable(text: str) -> str:
 def key_of(recipe: Recipe, model_digest: str, planner: str = FIRST_PLANNER.name) -> bytes:
     """Return the key of a case: 16 bytes of the SHA-256 of its recipe, its model, and its planner with its limits.
 
-    Where its file is does not matter, nor where its nodes met and how fast their time went.
+    Where its file is does not matter, nor where its nodes met and how fast their time went. Defaults are left out. Keys
+    are a part of the format: a change of them needs another version of the tables.
     """
     if isinstance(recipe, Written):
         parts: list[object] = ["written", recipe.text]
     else:
         parts = ["drawn", recipe.seed, recipe.number, recipe.network]
-        parts += ["inputs"] if recipe.moves_inputs else []  # older stores have no such cases
+        parts += ["inputs"] if recipe.moves_inputs else []
     parts += [recipe.requirements, recipe.time_limit_ns]
     parts += [] if recipe.real is None else [recipe.real]
-    parts += [] if planner == FIRST_PLANNER.name else [planner]  # older stores have keys without it
+    parts += [] if planner == FIRST_PLANNER.name else [planner]
     return sha256(dumps([model_digest, *parts]).encode()).digest()[:_KEY_BYTES]
 
 

@@ -10,7 +10,7 @@ from scbm.files import digest_of
 from scbm.model import Slug
 from scbm.store.history import History, StoredCase, label_of
 from scbm.store.mutant_tables import MutantTables
-from scbm.store.store_file import open_for_reading, problem, show_model, shows_models, understood
+from scbm.store.store_file import open_for_reading, problem, show_model, understood
 from scbm.store.store_tables import ADD_CASES, ModelRow, Tables
 from scbm.store.stored_mutants import mutations_in_words
 
@@ -26,7 +26,7 @@ NO_OTHERS: tuple[ObjectListVisits, ...] = ()
 
 
 def read_history(path: Path) -> History:
-    """Return the content of a store. Raises `InputError` if the file is no store, or empty, damaged, or too new."""
+    """Return the content of a store. Raises `InputError` if it is none, or empty, damaged, or of another version."""
     with open_for_reading(path) as connection, understood(path):
         tables = Tables(connection)
         if all(row.run.is_earlier for row in tables.runs()):
@@ -82,7 +82,7 @@ class StoreTotals:
 def totals_in(connection: sqlite3.Connection) -> StoreTotals:
     """Return the figures of an open store. Raise `ValueError` and others for rows that scbm does not write.
 
-    To be called after `show_as_newest`.
+    To be called after `show_current_model`.
     """
     tables = Tables(connection)
     current = next(row for row in tables.models() if row.is_current)
@@ -117,11 +117,11 @@ def totals_in(connection: sqlite3.Connection) -> StoreTotals:
 def other_models(connection: sqlite3.Connection, digest: str) -> tuple[ModelRow, ...]:
     """Return the models of a store that have cases of their own, without the one with a digest.
 
-    They are in the order of their objects. To be called after `show_as_newest`.
+    They are in the order of their objects. To be called after `show_current_model`.
     """
     rows = connection.execute(
         "SELECT id, digest, name, text, is_current, lifted, objects, obligations_of FROM main.model"
-        " WHERE digest != ? AND objects IS NOT NULL AND (digest = obligations_of OR is_current)"
+        " WHERE digest != ? AND objects IS NOT NULL AND digest = obligations_of"
         " ORDER BY objects, digest",
         (digest,),
     )
@@ -134,7 +134,7 @@ def visits_under_other_objects(connection: sqlite3.Connection, model: BehaviorMo
     Afterwards the store shows `model` again. Raise `ValueError` and others for rows that scbm does not write.
     """
     digest = digest_of(model)
-    if model.objects is None or not shows_models(connection):
+    if model.objects is None:
         return NO_OTHERS
     found: list[ObjectListVisits] = []
     for row in other_models(connection, digest):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation, Obligations
@@ -65,30 +64,14 @@ def _equal_parts(before: BehaviorModel, after: BehaviorModel) -> frozenset[tuple
     )
 
 
-class Kinship(StrEnum):
-    """The relation between the model of a store and another model (semantics 8.7)."""
-
-    OTHER_OBJECTS = "other objects"
-    """Both are the same lifted model, with other objects or other tables."""
-    OTHER_MODEL = "other model"
-    UNKNOWN = "unknown"
-    """The store does not say of which lifted model it is, since an older version of `scbm` wrote it."""
-
-
-def kinship(name: str, stored: ObjectLists | None, model: BehaviorModel, *, is_lifted: bool) -> Kinship:
-    """Return the relation between a model of a store and a model with another digest.
+def has_other_objects(stored: ObjectLists | None, model: BehaviorModel) -> bool:
+    """Return whether two models are the same lifted model with other objects or other tables (semantics 8.7).
 
     Args:
-        name: the name of the model of the store.
-        stored: its objects, as the store has them.
+        stored: the objects of one model, as a store has them.
         model: the other model.
-        is_lifted: whether the model of the store has parts with parameters.
     """
-    if name != model.name or model.objects is None:
-        return Kinship.OTHER_MODEL
-    if stored is None:
-        return Kinship.UNKNOWN if is_lifted else Kinship.OTHER_MODEL
-    return Kinship.OTHER_OBJECTS if stored.is_other_list(model.objects) else Kinship.OTHER_MODEL
+    return stored is not None and model.objects is not None and stored.is_other_list(model.objects)
 
 
 def difference(name: str, text: str, model: BehaviorModel) -> str:

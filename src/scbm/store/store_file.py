@@ -8,15 +8,8 @@ from os.path import lexists
 from typing import TYPE_CHECKING
 
 from scbm.files import open_input
-from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.store.store_schema import (
-    APPLICATION_ID,
-    creation,
-    has_several_models,
-    newest_version,
-    shown_as_newest,
-    upgrade,
-)
+from scbm.model import Diagnostic, InputError, Place, Slug, refuse_other_version
+from scbm.store import store_schema
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,7 +46,7 @@ def open_for_reading(path: Path, *, is_exclusive: bool = False) -> Iterator[sqli
                     raise problem(Slug.STORE_EMPTY, path, NO_RUN, ADD_RUNS)
                 _refuse_cut_off(connection, path)
                 _refuse_damage(connection, path)
-                show_as_newest(connection)
+                show_current_model(connection)
                 yield connection
             _set_journal(connection, "DELETE")  # a writer that was killed has left it in write-ahead mode
         finally:
@@ -96,41 +89,28 @@ def _prepare(connection: sqlite3.Connection, path: Path) -> None:
     _refuse_damage(connection, path)
 
 
-def make_tables(connection: sqlite3.Connection) -> None:
-    """Create the newest tables, or upgrade older ones; to be called in the transaction that fills them."""
-    version = _version(connection)
-    if version == newest_version():
+def make_tables(connection: sqlite3.Connection, path: Path) -> None:
+    """Create the tables if there are none; to be called in the transaction that fills them."""
+    if has_tables(connection, path):
         return
-    connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-    connection.execute(f"PRAGMA user_version = {newest_version()}")
-    for statement in upgrade(version) if version else creation():
+    for statement in store_schema.creation():
         connection.execute(statement)
 
 
-def show_as_newest(connection: sqlite3.Connection) -> None:
-    """Present older tables as the newest ones, for reading only, until the current transaction ends.
-
-    Of several models in a store the current one is shown, until `show_model` shows another one.
-    """
-    for statement in shown_as_newest(_version(connection)):
+def show_current_model(connection: sqlite3.Connection) -> None:
+    """Present the rows of the current model as if it were the only one, until the current transaction ends."""
+    for statement in store_schema.views_of_a_model():
         connection.execute(statement)
-
-
-def shows_models(connection: sqlite3.Connection) -> bool:
-    """Return whether the tables can have the cases of several models, so that one of them is shown."""
-    return has_several_models(_version(connection))
 
 
 def show_model(connection: sqlite3.Connection, digest: str, obligations: Obligations) -> None:
-    """Present the rows of one model of a store as if it were the only one; to be called after `show_as_newest`.
+    """Present the rows of one model of a store as if it were the only one; to be called after `show_current_model`.
 
     Args:
         connection: the store.
         digest: the digest of the model; a store without it has no rows then.
         obligations: its obligations.
     """
-    if not shows_models(connection):
-        return
     connection.execute("UPDATE shown SET digest = ?", (digest,))
     connection.execute("DELETE FROM other_obligation")
     is_current = connection.execute("SELECT is_current FROM main.model WHERE digest = ?", (digest,)).fetchone()
@@ -139,11 +119,6 @@ def show_model(connection: sqlite3.Connection, digest: str, obligations: Obligat
             "INSERT INTO other_obligation (bit, name, counts) VALUES (?, ?, ?)",
             [(bit, str(obligation), obligation.counts) for bit, obligation in enumerate(obligations)],
         )
-
-
-def _version(connection: sqlite3.Connection) -> int:
-    version: int = connection.execute("PRAGMA user_version").fetchone()[0]
-    return version
 
 
 @contextmanager
@@ -272,18 +247,14 @@ def _not_a_store(path: Path) -> InputError:
 def has_tables(connection: sqlite3.Connection, path: Path) -> bool:
     """Return whether the store has tables; an empty database has none. Raises `InputError` for other databases."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
-    version = _version(connection)
     is_empty = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0] == 0
     if is_empty and not application:
         return False
-    if application != APPLICATION_ID:
+    if application != store_schema.APPLICATION_ID:
         raise _not_a_store(path)
-    if version < 1:
-        raise _damaged(path, "its version is missing")
-    newest = newest_version()
-    if version > newest:
-        message = f"a newer scbm wrote this store: its version is {version}, and this scbm reads up to {newest}"
-        raise problem(Slug.STORE_NEWER, path, message, "update scbm")
+    remedy = "remove it or name another file, and run the cases again: `scbm test MODEL --store FILE`"
+    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    refuse_other_version("coverage store", version, store_schema.TABLES_VERSION, Place(str(path)), remedy)
     return True
 
 

@@ -1,8 +1,6 @@
-"""The tables of a store (`TABLES`): their columns, versions, and the upgrade of older stores.
+"""The tables of a store (`TABLES`) and their version.
 
-Each column is declared once: SQL, upgrades of older stores and inserted values follow.
-
-A column that is new in a version says so by `since`; the version of the tables is the newest of these.
+Each column is declared once: SQL and inserted values follow.
 """
 
 from __future__ import annotations
@@ -18,6 +16,9 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
+TABLES_VERSION = 9
+"""The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
+
 
 @dataclass(frozen=True, slots=True)
 class StoreColumn:
@@ -25,18 +26,14 @@ class StoreColumn:
 
     Attributes:
         name: its name.
-        type: its SQL type, with constraints. A column that is added later can have none that its default breaks.
+        type: its SQL type, with constraints.
         comment: what it holds.
-        since: the first version of the tables that has it.
-        default: SQL of the value in rows that older versions wrote.
         value: what a new row gets, from its `CaseRow` or `Run`; `None` for columns that `store_tables` fills itself.
     """
 
     name: str
     type: str
     comment: str
-    since: int = 1
-    default: str = "NULL"
     value: Callable[[Any], object] | None = None
 
 
@@ -48,13 +45,11 @@ class StoreTable:
         comment: what its rows are.
         columns: in their order.
         without_rowid: whether rows are kept in the order of their primary key.
-        since: the first version of the tables that has it.
     """
 
     comment: str
     columns: tuple[StoreColumn, ...]
     without_rowid: bool = False
-    since: int = 1
 
     @property
     def computed(self) -> dict[str, Callable[[Any], object]]:
@@ -65,12 +60,6 @@ class StoreTable:
         """Return the SQL that makes the table."""
         columns = ",\n".join(f"        {column.name} {column.type}" for column in self.columns)
         return f"CREATE TABLE {name} (\n{columns}\n    ){' WITHOUT ROWID' if self.without_rowid else ''}"
-
-    def newer(self, version: int) -> tuple[StoreColumn, ...]:
-        """Return the columns that tables of an older version lack, if they have the table."""
-        if self.since > version:
-            return ()
-        return tuple(column for column in self.columns if column.since > version)
 
 
 TABLES: dict[str, StoreTable] = {
@@ -87,23 +76,19 @@ TABLES: dict[str, StoreTable] = {
                 "lifted",
                 "TEXT",
                 "JSON, if the model file has parameters: a list of section, name, and the entry that the part was"
-                " expanded from; null in rows of older versions",
-                since=8,
+                " expanded from",
             ),
             StoreColumn(
                 "objects",
                 "TEXT",
                 "JSON, if the model file has types: the SHA-256 of the lifted model (`lifted`), the objects of each"
-                " type (`types`), the `parents` of subtypes, and `tables` with columns and rows; null in rows of older"
-                " versions",
-                since=9,
+                " type (`types`), the `parents` of subtypes, and `tables` with columns and rows",
             ),
             StoreColumn(
                 "obligations_of",
                 "TEXT",
                 "the digest of the model whose obligations the sets of its cases mean: its own, or after combining"
-                " across edits that of the edited model; null in rows of older versions: that of the current model",
-                since=9,
+                " across edits that of the edited model",
             ),
         ),
     ),
@@ -143,15 +128,11 @@ TABLES: dict[str, StoreTable] = {
                 "INTEGER NOT NULL",
                 "1 if the run has ended; 0 if it is running, was killed, or lost a case",
             ),
-            StoreColumn(
-                "nodes", "TEXT", "where its cases ran, such as `over DDS domain 0`; null for simulation", since=2
-            ),
+            StoreColumn("nodes", "TEXT", "where its cases ran, such as `over DDS domain 0`; null for simulation"),
             StoreColumn(
                 "planner",
                 "TEXT",
-                "the planner: name, version and the limits that were set, as in `greedy 1, max_length 50`; null in runs"
-                " of older versions, which had one",
-                since=3,
+                "the planner: name, version and the limits that were set, as in `greedy 1, max_length 50`",
                 value=lambda run: run.planner,
             ),
             StoreColumn(
@@ -159,7 +140,6 @@ TABLES: dict[str, StoreTable] = {
                 "TEXT",
                 "the place of the run among others, as a time: just after the run that was added before it; null if"
                 " that place is `started`",
-                since=4,
                 value=lambda run: run.order_time,
             ),
             StoreColumn(
@@ -167,7 +147,6 @@ TABLES: dict[str, StoreTable] = {
                 "TEXT",
                 "JSON, if there were any: its waivers, each with `obligation`, `reason`, `author`, `date`, `expires`,"
                 " and `lifted` if it stands for all instances of an entry",
-                since=5,
                 value=lambda run: waivers_text(run.waivers),
             ),
         ),
@@ -212,19 +191,14 @@ TABLES: dict[str, StoreTable] = {
                 "forced",
                 "BLOB",
                 "of `visited` the set of obligations that it visited only after its state was forced; null for none",
-                since=5,
             ),
             StoreColumn(
                 "excuses",
                 "TEXT",
-                "JSON, if goals were missed and excused: a list of the reasons, such as `fault`; null in rows of older"
-                " versions",
-                since=6,
+                "JSON, if goals were missed and excused: a list of the reasons, such as `fault`",
                 value=lambda case: excuses_text(case.verdict.excuses),
             ),
-            StoreColumn(
-                "log", "BLOB", "of a run over nodes: its log, compressed as by zlib; null for simulation", since=2
-            ),
+            StoreColumn("log", "BLOB", "of a run over nodes: its log, compressed as by zlib; null for simulation"),
         ),
         without_rowid=True,
     ),
@@ -239,7 +213,6 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("text", "BLOB NOT NULL", "the certificate, compressed as by zlib"),
         ),
         without_rowid=True,
-        since=5,
     ),
     "mutation": StoreTable(
         "Suites that were run against mutants.",
@@ -256,7 +229,6 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("started", "TEXT NOT NULL", "when the last command that added to it began, as in `run`"),
         ),
         without_rowid=True,
-        since=7,
     ),
     "mutant": StoreTable(
         "The results of mutants.",
@@ -279,43 +251,28 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("is_killable", "INTEGER NOT NULL", "1 if the witness fails on it"),
         ),
         without_rowid=True,
-        since=7,
     ),
 }
 """The tables by name, each behind those that it refers to."""
 
-_VIEWS = (
-    # the half of the byte that has the bit, as a hexadecimal digit, as a number, shifted; blobs know no arithmetic
-    """CREATE VIEW visit AS
-        SELECT test_case.name AS test_case, obligation.name AS obligation
-        FROM test_case JOIN obligation JOIN model ON model.id = test_case.model
-        WHERE coalesce(obligations_of, (SELECT digest FROM model WHERE is_current))
-            = (SELECT digest FROM model WHERE is_current)
-        AND ((instr(
-            '0123456789ABCDEF',
-            substr(hex(substr(test_case.visited, obligation.bit / 8 + 1, 1)), 1 + (obligation.bit % 8 < 4), 1)
-        ) - 1) >> (obligation.bit % 4)) & 1""",
-)
-
-
-def newest_version() -> int:
-    """Return the version of these tables, which SQLite keeps in the header as `user_version`."""
-    columns = (column.since for table in TABLES.values() for column in table.columns)
-    return max(*columns, *(table.since for table in TABLES.values()))
+# the half of the byte that has the bit, as a hexadecimal digit, as a number, shifted; blobs know no arithmetic
+_VIEW = """CREATE VIEW visit AS
+    SELECT test_case.name AS test_case, obligation.name AS obligation
+    FROM test_case JOIN obligation JOIN model ON model.id = test_case.model
+    WHERE obligations_of = (SELECT digest FROM model WHERE is_current)
+    AND ((instr(
+        '0123456789ABCDEF',
+        substr(hex(substr(test_case.visited, obligation.bit / 8 + 1, 1)), 1 + (obligation.bit % 8 < 4), 1)
+    ) - 1) >> (obligation.bit % 4)) & 1"""
 
 
 def creation() -> list[str]:
-    """Return the SQL that makes the tables and views."""
-    return [*(table.statement(name) for name, table in TABLES.items()), *_VIEWS]
+    """Return the SQL that makes the tables and the view."""
+    header = (f"PRAGMA application_id = {APPLICATION_ID}", f"PRAGMA user_version = {TABLES_VERSION}")
+    return [*header, *(table.statement(name) for name, table in TABLES.items()), _VIEW]
 
 
-_SEVERAL_MODELS = 9
-"""The first version of the tables whose stores have the cases of several models, each with its own obligations."""
-
-_OF_MODEL = (
-    "IN (SELECT id FROM main.model WHERE coalesce(obligations_of, (SELECT digest FROM main.model WHERE is_current))"
-    " = (SELECT digest FROM shown))"
-)
+_OF_MODEL = "IN (SELECT id FROM main.model WHERE obligations_of = (SELECT digest FROM shown))"
 _SHOWN = {
     "model": f"WHERE id {_OF_MODEL}",
     "run": f"WHERE model {_OF_MODEL}",
@@ -330,51 +287,20 @@ _SHOWN = {
 """The rows of each table that belong to the shown model."""
 
 
-def has_several_models(version: int) -> bool:
-    """Return whether tables of a version can have the cases of several models."""
-    return version >= _SEVERAL_MODELS
+def views_of_a_model() -> list[str]:
+    """Return the SQL that shows the rows of one model, which is the current one there, to a connection that only reads.
 
-
-def upgrade(version: int) -> list[str]:
-    """Return the SQL that adds the columns which tables of an older version lack, and the tables that are missing."""
-    missing = [table.statement(name) for name, table in TABLES.items() if table.since > version]
-    views = [] if has_several_models(version) else ["DROP VIEW IF EXISTS visit", *_VIEWS]
-    added = [
-        f"ALTER TABLE {name} ADD COLUMN {column.name} {column.type}"
-        + ("" if column.default == "NULL" else f" DEFAULT {column.default}")
-        for name, table in TABLES.items()
-        for column in table.newer(version)
-    ]
-    return missing + added + views
-
-
-def shown_as_newest(version: int) -> list[str]:
-    """Return the SQL that shows tables of an older version as the newest ones, to a connection that only reads.
-
-    Of a store with several models it shows the rows of one, whose digest is in the temporary table `shown`. The names
-    of a connection stand before those of the file.
+    Its digest is in the temporary table `shown`. The names of a connection stand before those of the file.
     """
-    missing = {name: table for name, table in TABLES.items() if table.since > version}
-    empty = {name: ", ".join(f"NULL AS {column.name}" for column in table.columns) for name, table in missing.items()}
-    views = [f"CREATE TEMP VIEW {name} AS SELECT {columns} WHERE 0" for name, columns in empty.items()]
-    if has_several_models(version):
-        views += [
-            "CREATE TEMP TABLE shown (digest TEXT)",
-            "INSERT INTO shown SELECT digest FROM main.model WHERE is_current",
-            "CREATE TEMP TABLE other_obligation (bit INTEGER, name TEXT, counts INTEGER)",
-        ]
-    for name, table in TABLES.items():
-        rows = _SHOWN.get(name, "") if has_several_models(version) else ""
-        if name not in missing and (rows or table.newer(version)):
-            views.append(f"CREATE TEMP VIEW {name} AS SELECT {_columns(name, version)} FROM main.{name} {rows}")  # noqa: S608 - our own names
-    return views
+    return [
+        "CREATE TEMP TABLE shown (digest TEXT)",
+        "INSERT INTO shown SELECT digest FROM main.model WHERE is_current",
+        "CREATE TEMP TABLE other_obligation (bit INTEGER, name TEXT, counts INTEGER)",
+        *map(_view, _SHOWN),
+    ]
 
 
-def _columns(name: str, version: int) -> str:
-    """Return the columns of a view of a table: later ones have their defaults, and the shown model is current."""
-    table = TABLES[name]
-    later = table.newer(version)
-    shown = [f"{column.default} AS {column.name}" if column in later else column.name for column in table.columns]
-    if name == "model" and has_several_models(version):
-        shown[shown.index("is_current")] = "digest = (SELECT digest FROM shown) AS is_current"
-    return ", ".join(shown)
+def _view(table: str) -> str:
+    is_shown = "digest = (SELECT digest FROM shown) AS is_current"
+    columns = ", ".join(is_shown if each.name == "is_current" else each.name for each in TABLES[table].columns)
+    return f"CREATE TEMP VIEW {table} AS SELECT {columns} FROM main.{table} {_SHOWN[table]}"  # noqa: S608 - our own names

@@ -16,7 +16,7 @@ from scbm.cases.coverage import (
 )
 from scbm.cases.trace import End
 from scbm.files import digest_of, read_model, write_model
-from scbm.model import FIRST_PLANNER, LiftedOrigin, ObjectLists, PlannerChoice, PlannerIdentity
+from scbm.model import LiftedOrigin, ObjectLists, PlannerChoice, PlannerIdentity
 from scbm.model.json_reader import convert_json, read_json
 from scbm.store.history import (
     Drawn,
@@ -71,9 +71,9 @@ class ModelRow:
     name: str
     text: str
     is_current: bool
-    lifted: str | None = None
-    objects: str | None = None
-    obligations_of: str | None = None
+    lifted: str | None
+    objects: str | None
+    obligations_of: str
 
     def model(self) -> BehaviorModel:
         """Return the model. Raise `InputError`, `ValueError` and others for a text that scbm does not write."""
@@ -81,7 +81,7 @@ class ModelRow:
 
     @property
     def object_lists(self) -> ObjectLists | None:
-        """The objects of the model file; `None` if it has none, or an older version wrote the row. Raises others."""
+        """The objects of the model file; `None` if it has none. Raises `ValueError` and others for other texts."""
         return None if self.objects is None else _objects(self.objects)
 
 
@@ -139,13 +139,13 @@ class Tables:
     # what is read
 
     def models(self) -> tuple[ModelRow, ...]:
-        """All models; one of them is the current one. Tables of an older version may not be upgraded yet."""
-        columns = {row[1] for row in self._connection.execute("PRAGMA table_info(model)")}
-        later = ", ".join(name if name in columns else "NULL" for name in ("lifted", "objects", "obligations_of"))
-        query = f"SELECT id, digest, name, text, is_current, {later} FROM model ORDER BY id"  # noqa: S608 - our own
+        """All models; one of them is the current one. Raises `ValueError` for foreign rows."""
+        rows = self._connection.execute(
+            "SELECT id, digest, name, text, is_current, lifted, objects, obligations_of FROM model ORDER BY id"
+        )
         return tuple(
-            ModelRow(id_, digest, name, text, bool(current), *(None if each is None else _text(each) for each in more))
-            for id_, digest, name, text, current, *more in self._connection.execute(query)
+            ModelRow(id_, digest, name, text, bool(current), _text_or_none(lifted), _text_or_none(objects), _text(of))
+            for id_, digest, name, text, current, lifted, objects, of in rows
         )
 
     def runs(self) -> tuple[RunRow, ...]:
@@ -171,8 +171,8 @@ class Tables:
                     _number(failed),
                     is_earlier=not current,
                     is_finished=bool(finished),
-                    nodes=None if more[0] is None else _text(more[0]),
-                    planner=_planner(more[1]),
+                    nodes=_text_or_none(more[0]),
+                    planner=str(PlannerIdentity.parse(_text(more[1]))),
                     order_time=None if more[2] is None else _moment(more[2]),
                     waivers=read_waivers_text(more[3]),
                 ),
@@ -271,40 +271,29 @@ class Tables:
         current = next((row.digest for row in self.models() if row.is_current), digest)
         becomes_current = digest == current or not keeps_current
         if becomes_current:
-            self._leave_current(current, digest)
+            if current != digest:
+                self._connection.execute("UPDATE model SET is_current = 0")
+                self._connection.execute("DELETE FROM obligation")
             self._put_obligations(obligations)
         self.use(obligations)
         meaning = replace(model, planner=PlannerChoice(), waivers=())  # each run has its own
-        row = ModelRow(
-            0, digest, model.name, write_model(meaning), becomes_current, _origins_text(model), _objects_text(model)
+        lifted, objects = _origins_text(model), _objects_text(model)
+        id_ = self.put_model_row(
+            ModelRow(0, digest, model.name, write_model(meaning), becomes_current, lifted, objects, digest)
         )
-        id_ = self.put_model_row(row, digest)
-        if row.objects is not None:  # the file can have changed without the digest: the latest one counts
-            self._connection.execute("UPDATE model SET objects = ? WHERE id = ?", (row.objects, id_))
+        if objects is not None:  # the file can have changed without the digest: the latest one counts
+            self._connection.execute("UPDATE model SET objects = ? WHERE id = ?", (objects, id_))
         return id_
 
-    def _leave_current(self, current: str, digest: str) -> None:
-        """Keep the cases of the current model as those of another one, if the model with `digest` becomes current."""
-        if current != digest:
-            own = "UPDATE model SET obligations_of = ? WHERE obligations_of IS NULL"
-            self._connection.execute(own, (current,))
-            self._connection.execute("UPDATE model SET is_current = 0")
-            self._connection.execute("DELETE FROM obligation")
-
-    def put_model_row(self, row: ModelRow, obligations_of: str) -> int:
-        """Add a model by its row in another store; return its id.
-
-        Args:
-            row: the row.
-            obligations_of: the digest of the model whose obligations its cases have here.
-        """
+    def put_model_row(self, row: ModelRow) -> int:
+        """Add a model by its row, such as that of another store; return its id here."""
         self._connection.execute(
             "INSERT INTO model (digest, name, text, is_current, lifted, objects, obligations_of)"
             " VALUES (?, ?, ?, ?, ?, ?, ?)"
             " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current),"
             " lifted = coalesce(max(lifted, excluded.lifted), lifted, excluded.lifted),"
             " objects = coalesce(max(objects, excluded.objects), objects, excluded.objects)",
-            (row.digest, row.name, row.text, row.is_current, row.lifted, row.objects, obligations_of),
+            (row.digest, row.name, row.text, row.is_current, row.lifted, row.objects, row.obligations_of),
         )
         return self._id("model", "digest", row.digest)
 
@@ -495,6 +484,10 @@ def _text(value: object) -> str:
     return value
 
 
+def _text_or_none(value: object) -> str | None:
+    return None if value is None else _text(value)
+
+
 def _number(value: object) -> int:
     """Return the number of a column. Raises `ValueError` if it holds no number."""
     if not isinstance(value, int):
@@ -568,8 +561,3 @@ def _recipe(options: Row, seed: str | None, number: int, text: str | None, path:
     if text is not None:
         return Written(_text(text), _text(path), requirements, limit_ns, real)
     return Drawn(int(seed or ""), _number(number), network, requirements, limit_ns, real, moves_inputs)
-
-
-def _planner(value: object) -> str:
-    """Return the name and the version of a planner; older versions noted none. Raises `ValueError` for another text."""
-    return str(FIRST_PLANNER if value is None else PlannerIdentity.parse(_text(value)))

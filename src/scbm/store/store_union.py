@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from scbm.cases.coverage import Obligations
 from scbm.model import Slug
 from scbm.store.history_reader import StoreTotals, other_models, read_history, totals_in
-from scbm.store.model_edits import Dropped, Kinship, ModelEdit, difference, kinship
+from scbm.store.model_edits import Dropped, ModelEdit, difference, has_other_objects
 from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import (
     make_tables,
@@ -23,9 +23,8 @@ from scbm.store.store_file import (
     overwrite,
     problem,
     replace_store,
-    show_as_newest,
+    show_current_model,
     show_model,
-    shows_models,
     snapshot,
     store_errors,
     transaction,
@@ -82,8 +81,6 @@ class _OpenStore:
     def parts(self) -> Iterator[ModelRow]:
         """Yield the models with cases of their own, the current one first; each is shown as it is yielded."""
         yield self.current
-        if not shows_models(self.connection):
-            return
         for row in other_models(self.connection, self.current.digest):
             show_model(self.connection, row.digest, Obligations.of(row.model()))
             yield row
@@ -114,14 +111,14 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
         if not across_edits:
             _refuse_other_models(stores, model)
         with closing(sqlite3.connect("", isolation_level=None)) as united:  # a file of SQLite's own, gone when closed
-            make_tables(united)
+            make_tables(united, target)
             union = _Union(united, model, stores[-1].current.digest, is_across=across_edits)
             with transaction(united):
                 Tables(united).put_model(model)
                 for each in stores:
                     union.add(each)
             with snapshot(united):
-                show_as_newest(united)
+                show_current_model(united)
                 totals = totals_in(united)
             own = opened.get(realpath(target))
             if own is None:
@@ -140,12 +137,9 @@ def _refuse_other_models(stores: Sequence[_OpenStore], model: BehaviorModel) -> 
     last = stores[-1]
     for store in stores:
         row = store.current
-        relation = kinship(row.name, row.object_lists, model, is_lifted=row.lifted is not None)
-        if row.digest == last.current.digest or relation is Kinship.OTHER_OBJECTS:
+        if row.digest == last.current.digest or has_other_objects(row.object_lists, model):
             continue
         message = f"this store is of another model than {last.path}: {difference(row.name, row.text, model)}"
-        if relation is Kinship.UNKNOWN:
-            message += "; it does not say whether only the objects differ, as an older scbm wrote it"
         remedy = f"with --across-edits, visits that are still valid count for the model of {last.path}"
         raise problem(Slug.STORE_OTHER_MODEL, store.path, message, remedy)
 
@@ -207,7 +201,7 @@ class _Union:
         for each in tables.models():
             self._refuse_two_owners(store, each, owner)
             is_current = each.digest == self._digest
-            models[each.id] = union.put_model_row(replace(each, is_current=is_current), owner)
+            models[each.id] = union.put_model_row(replace(each, is_current=is_current, obligations_of=owner))
         dropped = _add_runs(union, tables, models, edit)
         if edit is None:
             _add_mutations(MutantTables(self._united), MutantTables(store.connection), models[row.id])

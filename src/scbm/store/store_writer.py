@@ -19,14 +19,14 @@ from scbm.model import Slug
 from scbm.planning import planner_of_random_runs
 from scbm.store.history import MAX_LOG_BYTES, ModelSource, StoredRun, key_of, packed_log, sayable
 from scbm.store.history_reader import NO_OTHERS, visits_under_other_objects
-from scbm.store.model_edits import Kinship, difference, kinship
+from scbm.store.model_edits import difference, has_other_objects
 from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import (
     has_tables,
     make_tables,
     open_for_writing,
     problem,
-    show_as_newest,
+    show_current_model,
     show_model,
     snapshot,
     store_errors,
@@ -88,7 +88,7 @@ def write_store(path: Path, model: BehaviorModel, run: StoredRun) -> Iterator[St
     finished when the block ends without an error.
 
     Raises:
-        InputError: the file is not a store, is damaged, newer, of another model, or cannot be written.
+        InputError: the file is not a store, is damaged, of another version, of another model, or cannot be written.
     """
     with open_for_writing(path) as connection:
         writer = StoreWriter(connection, path, model, run)
@@ -139,7 +139,7 @@ class StoreWriter:
     def _shows_own_model(self) -> bool:
         """Present the rows of the model alone, to be called in a snapshot; return whether the store has the model."""
         is_known = any(row.digest == self._digest for row in self._tables.models())
-        show_as_newest(self._connection)
+        show_current_model(self._connection)
         show_model(self._connection, self._digest, self._obligations)
         return is_known
 
@@ -202,7 +202,7 @@ class StoreWriter:
 
     def _begun(self, planner: PlannerIdentity) -> tuple[int, int]:
         """Return the ids of the model and of the run, which are there then. To be called in a transaction."""
-        make_tables(self._connection)
+        make_tables(self._connection, self._path)
         refuse_another_model(self._path, self._tables.models(), self._model, self._digest)  # others may be faster
         model = self._tables.put_model(self._model)
         for certificate in self._certificates:
@@ -269,14 +269,11 @@ def refuse_another_model(path: Path, rows: Sequence[ModelRow], model: BehaviorMo
     if current is None or current.digest == digest:
         return
     own = next((row for row in rows if row.digest == digest), None)
-    relation = kinship(current.name, current.object_lists, model, is_lifted=current.lifted is not None)
-    if own is None and relation is Kinship.OTHER_OBJECTS:
+    if own is None and has_other_objects(current.object_lists, model):
         return
     if own is not None and own.obligations_of == digest:  # it was added under its own objects before
         return
     message = f"this store is of another model than this one: {difference(current.name, current.text, model)}"
-    if relation is Kinship.UNKNOWN:
-        message += "; it does not say whether only the objects differ, as an older scbm wrote it"
     remedy = (
         "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` keeps the visits that are still valid"
     )
@@ -288,7 +285,7 @@ def write_mutants(path: Path, model: BehaviorModel, suite: MutatedSuite) -> Iter
     """Open a store, or create it, to add results of mutants.
 
     Raises:
-        InputError: the file is not a store, is damaged, newer, of another model, or cannot be written.
+        InputError: the file is not a store, is damaged, of another version, of another model, or cannot be written.
     """
     with open_for_writing(path) as connection:
         yield MutantWriter(connection, path, model, suite)
@@ -316,7 +313,7 @@ class MutantWriter:
                 digest = digest_of(model)
                 models = Tables(connection).models()
                 refuse_another_model(path, models, model, digest)
-                show_as_newest(connection)
+                show_current_model(connection)
                 show_model(connection, digest, Obligations.of(model))
                 if any(row.digest == digest for row in models):
                     self._read()
@@ -336,7 +333,7 @@ class MutantWriter:
         with store_errors(self._path), understood(self._path), transaction(self._connection):
             tables = MutantTables(self._connection)
             if not self._is_begun:
-                make_tables(self._connection)
+                make_tables(self._connection, self._path)
                 models = Tables(self._connection)
                 refuse_another_model(self._path, models.models(), self._model, digest_of(self._model))
                 tables.put_mutation(self._suite, models.put_model(self._model, keeps_current=True))

@@ -99,6 +99,16 @@ def test_a_record_of_failed_cases_that_is_damaged_is_an_error(scbm: Scbm, tmp_pa
     assert (ran.code, "last-failed.json: error[wrong-shape]" in ran.err) == (2, True)
 
 
+@pytest.mark.parametrize("version", ["0", "2", "null"])
+def test_a_record_of_failed_cases_of_another_version_is_an_error(
+    version: str, scbm: Scbm, tmp_path: Path, wording: Wording
+) -> None:
+    (tmp_path / "last-failed.json").write_text(f'{{"format_version": {version}, "models": {{}}}}', encoding="utf-8")
+    ran = scbm("test", BEFORE, "--failures", tmp_path, "--lf")
+    assert (ran.code, "last-failed.json: error[format-version]" in ran.err) == (2, True)
+    wording(ran.err)
+
+
 @pytest.mark.parametrize(
     ("entry", "wrong"),
     [

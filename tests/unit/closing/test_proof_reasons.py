@@ -64,7 +64,7 @@ def test_all_files_of_a_directory_may_be_named(certificate: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[]", '{"scbm_reasons": 1}', '{"scbm_reasons": 2, "digest": "DIGEST", "reasons": {}}',
+    "text", ["", "[]", '{"scbm_reasons": 1}',
              '{"scbm_reasons": 1, "digest": "DIGEST", "reasons": {"scan_box/failed": 3}}',
              '{"scbm_reasons": 1, "digest": "DIGEST", "reasons": []}'],
 )  # fmt: skip
@@ -75,4 +75,13 @@ def test_other_texts_are_errors(certificate: Path, text: str, wording: Wording) 
     with pytest.raises(InputError) as raised:
         open_certificate(certificate)
     assert [diagnostic.slug for diagnostic in raised.value.diagnostics] == [Slug.BAD_CERTIFICATE]
+    wording(raised.value)
+
+
+def test_reasons_of_another_version_are_an_error(certificate: Path, wording: Wording) -> None:
+    beside = certificate.with_suffix(".reasons")
+    beside.write_text(beside.read_text(encoding="utf-8").replace('"scbm_reasons": 1', '"scbm_reasons": 2'), "utf-8")
+    with pytest.raises(InputError) as raised:
+        open_certificate(certificate)
+    assert [diagnostic.slug for diagnostic in raised.value.diagnostics] == [Slug.FORMAT_VERSION]
     wording(raised.value)

@@ -23,7 +23,7 @@ CELL = load_model(MODELS / "cell.yaml")
 REPORTED_ELSEWHERE = {Slug.MODEL_MISSING}
 """A case with this one can be read; it is tested with the loader."""
 
-OF_CASES = set(list(Slug)[list(Slug).index(Slug.UNKNOWN_OPERATION) : list(Slug).index(Slug.BAD_TRACE)])
+OF_CASES = set(list(Slug)[list(Slug).index(Slug.UNKNOWN_OPERATION) : list(Slug).index(Slug.FORMAT_VERSION)])
 
 
 def compare(request: pytest.FixtureRequest, path: Path, shown: str) -> None:

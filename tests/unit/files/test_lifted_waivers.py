@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeAlias
@@ -157,17 +156,6 @@ def test_two_waivers_for_instances_are_one_error(read: Callable[..., Read]) -> N
         read("obligation: move/failed", "obligation: 'move[station, station]/failed'", "obligation: work/failed")
     (found,) = caught.value.diagnostics
     assert found.slug is Slug.DUPLICATE_VALUE
-
-
-def test_the_objects_of_a_store_of_an_older_version_are_not_known(tmp_path: Path) -> None:
-    path = tmp_path / "waivers.yaml"
-    path.write_text("waivers_of: line\n" + _entries("obligation: move/failed"))
-    model = replace(read_model(TEXT), objects=None)
-    assert len(load_waivers(path, model)[0]) == 2
-    path.write_text("waivers_of: line\n" + _entries("obligation: 'work[m in machine]/failed'"))
-    with pytest.raises(InputError) as caught:
-        load_waivers(path, model)
-    assert "are not known" in caught.value.diagnostics[0].message
 
 
 PARENTS = """behavior_model: parents

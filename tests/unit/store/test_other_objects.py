@@ -15,7 +15,6 @@ from scbm.store import combine_stores, drawn_recipe, read_history, write_store
 from scbm.testing import RandomCases, Tester
 from support.stores import a_run
 from support.stores import store as add_run
-from support.wording import Wording
 
 TEXT = """behavior_model: doors
 types:
@@ -173,22 +172,6 @@ def test_a_model_with_other_goals_and_the_same_objects_is_an_edit(path: Path) ->
     add(path, 1, ONE)
     with pytest.raises(InputError):
         add(path, 2, model(("open.d1 == true", "open.d1 == false")))
-
-
-def test_of_a_store_of_version_8_it_is_not_known_which_lifted_model_it_has(path: Path, wording: Wording) -> None:
-    add(path, 1, ONE)
-    with sqlite3.connect(path) as connection:
-        connection.execute("DROP VIEW visit")
-        for column in ("objects", "obligations_of"):
-            connection.execute(f"ALTER TABLE model DROP COLUMN {column}")
-        connection.execute("PRAGMA user_version = 8")
-    connection.close()
-    with pytest.raises(InputError) as caught:
-        add(path, 2, TWO)
-    wording(caught.value.diagnostics[0].message)
-    add(path, 3, ONE)
-    add(path, 4, TWO)
-    assert [each.cases for each in read_history(path).others] == [2]
 
 
 def test_the_view_of_visits_has_those_of_the_current_model(path: Path) -> None:

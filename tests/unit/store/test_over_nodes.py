@@ -1,9 +1,8 @@
-"""What a store keeps of cases that ran over nodes, and stores of version 1, which did not distinguish them."""
+"""What a store keeps of cases that ran over nodes."""
 
 from __future__ import annotations
 
 import json
-import shutil
 import sqlite3
 import zlib
 from collections.abc import Callable
@@ -27,32 +26,17 @@ from scbm.store import (
     read_history,
     write_store,
 )
-from scbm.store.store_tables import Tables
 from scbm.testing import Execution, RandomCases, Tester
 from support.real_runs import WHERE, log_of, log_text, real_run
 from support.stores import a_run, cell, results, store
 from support.wording import Wording
 
 MODEL = cell()
-VERSION_1 = Path(__file__).parent / "version_1.db"
-KEYS = [
-    "67e1a95c00cf77718923601dbe2d05e7",
-    "d798402f3adcc27ad9fddcb4ed146715",
-    "92dafaf8b0b64d53cfac61fb04c35370",
-    "a93c03850c4a43276225221b0b5af45f",
-    "c2c1c6eaf525ad9c5038e5b96b3c7344",
-    "c5f76802511cb08ace3bbf3eaaf3fc25",
-]
 
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     return tmp_path / "cov.db"
-
-
-@pytest.fixture
-def old(tmp_path: Path) -> Path:
-    return Path(shutil.copy(VERSION_1, tmp_path / "old.db"))
 
 
 def drawn(count: int = 1, seed: int = 1) -> list[Case]:
@@ -93,15 +77,6 @@ def changed(path: Path, change: str, *values: object) -> None:
     with sqlite3.connect(path) as connection:
         connection.execute(change, values)
     connection.close()
-
-
-def version(path: Path) -> int:
-    connection = sqlite3.connect(path)
-    try:
-        found: int = connection.execute("PRAGMA user_version").fetchone()[0]
-    finally:
-        connection.close()
-    return found
 
 
 # what is kept
@@ -259,114 +234,7 @@ def test_a_log_that_is_too_large_is_not_kept(path: Path, monkeypatch: pytest.Mon
         add(path, nodes_run(1), real_run(MODEL, drawn()[0]))
 
 
-# version 1
-
-
-def test_a_store_of_version_1_is_read_and_left_as_it_is(old: Path) -> None:
-    history = read_history(old)
-    assert [stored.key.hex() for stored in history.cases] == KEYS
-    digest = digest_of(history.model)
-    assert [key_of(stored.recipe, digest).hex() for stored in history.cases] == KEYS
-    assert not any(stored.is_over_nodes for stored in history.cases)
-    assert [run.nodes for run in history.runs] == [None, None]
-    assert None not in shown(history)
-    assert old.read_bytes() == VERSION_1.read_bytes()
-
-
-def test_simulated_cases_are_what_they_were_in_version_1(old: Path, path: Path) -> None:
-    """Else the same case would be there twice, once of each version."""
-    store(path, 1, results(1, 2))
-    store(path, 2, results(1, 3, "drawn"))
-    store(old, 3, [*results(1, 2), *results(1, 3, "drawn")])
-    assert [stored.key.hex() for stored in read_history(path).cases] == [*KEYS[:2], *KEYS[3:]]
-    assert len(read_history(old).cases) == len(KEYS)
-
-
-def _tables(path: Path) -> dict[str, list[tuple[object, ...]]]:
-    connection = sqlite3.connect(path)
-    try:
-        names = [row[0] for row in connection.execute("SELECT name FROM sqlite_schema WHERE sql IS NOT NULL")]
-        return {name: list(connection.execute(f"PRAGMA table_info({name})")) for name in names}
-    finally:
-        connection.close()
-
-
-def test_who_writes_to_a_store_of_version_1_makes_it_one_of_the_newest(old: Path, path: Path) -> None:
-    before = read_history(old)
-    execution = real_run(MODEL, drawn(9)[8])
-    with write_store(old, MODEL, nodes_run(5)) as writer:
-        assert writer.before == before.runs[-1]
-        assert version(old) == 1
-        assert writer.totals().cases == len(KEYS)
-        writer.add(1, recipe_of(execution.case), execution.result, log_text(MODEL, execution))
-    history = read_history(old)
-    assert version(old) == 9
-    assert history.cases[:-1] == before.cases
-    assert shown(history)[-1] == execution.digest
-    assert _tables(old) == _tables(store(path, 1, results(1, 1)))
-
-
-def test_an_error_while_a_store_becomes_one_of_the_newest_leaves_it_as_it_was(
-    old: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def broken(*_: object) -> None:
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(Tables, "put_case", broken)
-    with pytest.raises(ZeroDivisionError):
-        store(old, 5, results(2, 1))
-    monkeypatch.undo()
-    assert version(old) == 1
-    assert [stored.key.hex() for stored in read_history(old).cases] == KEYS
-
-
-def test_a_refused_model_leaves_a_store_of_version_1(old: Path) -> None:
-    other = cell(("gr: light != red", "gr: light == green"))
-    with pytest.raises(InputError), write_store(old, other, a_run(3, other)):
-        pass
-    assert version(old) == 1
-
-
-@pytest.mark.parametrize("is_old_first", [True, False])
-def test_stores_of_both_versions_are_united(old: Path, path: Path, tmp_path: Path, is_old_first: bool) -> None:  # noqa: FBT001
-    execution = real_run(MODEL, drawn(9)[8])
-    add(path, nodes_run(5), execution)
-    target = tmp_path / "all.db"
-    history = combine_stores([old, path] if is_old_first else [path, old], target).history
-    assert read_history(target) == history
-    assert [stored.key.hex() for stored in history.cases[:-1]] == KEYS
-    assert shown(history)[-1] == execution.digest
-    assert (version(target), version(old)) == (9, 1)
-
-
-def test_a_store_of_version_1_may_be_the_target(old: Path, path: Path) -> None:
-    add(path, nodes_run(5), real_run(MODEL, drawn(9)[8]))
-    history = combine_stores([old, path], old).history
-    assert (version(old), read_history(old)) == (9, history)
-    assert len(history.cases) == len(KEYS) + 1
-
-
-# version 2
-
-
-def test_the_cases_of_a_store_of_version_2_were_planned_by_the_canonical_planner(path: Path) -> None:
-    before = store(path, 1, results(1, 2))
-    changed(path, "ALTER TABLE run DROP COLUMN planner")
-    changed(path, "ALTER TABLE run DROP COLUMN order_time")
-    changed(path, "ALTER TABLE run DROP COLUMN waivers")
-    changed(path, "ALTER TABLE test_case DROP COLUMN forced")
-    changed(path, "ALTER TABLE test_case DROP COLUMN excuses")
-    changed(path, "DROP VIEW visit")
-    for column in ("lifted", "objects", "obligations_of"):
-        changed(path, f"ALTER TABLE model DROP COLUMN {column}")
-    for table in ("certificate", "mutation", "mutant"):
-        changed(path, f"DROP TABLE {table}")
-    changed(path, "PRAGMA user_version = 2")
-    assert [run.planner for run in read_history(path).runs] == ["canonical 1"]
-    assert version(path) == 2
-    store(path, 2, results(1, 3, "drawn"))
-    assert (version(path), _tables(path)) == (9, _tables(before))
-    assert [run.planner for run in read_history(path).runs] == ["canonical 1"] * 2
+# planners
 
 
 def test_cases_of_another_planner_are_other_cases_and_shown_by_it(path: Path) -> None:

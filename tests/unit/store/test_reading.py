@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import random
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from scbm.model import InputError, Slug
+from scbm.model import Diagnostic, InputError, Slug
 from scbm.store import combine_stores, read_history, write_store
 from scbm.store.store_tables import CaseRow, Tables
 from support.stores import a_run, cell, results, store
@@ -56,16 +56,30 @@ def test_the_database_of_someone_else(path: Path) -> None:
     assert _complaint(path)[0] is Slug.NOT_A_STORE
 
 
-def test_a_newer_store(path: Path, wording: Wording) -> None:
-    with sqlite3.connect(path) as newer:
-        newer.execute("PRAGMA user_version = 10")
-    newer.close()
-    slug, message = _complaint(path)
-    assert slug is Slug.STORE_NEWER
-    wording(message)
-    with pytest.raises(InputError) as caught, write_store(path, cell(), a_run(2, cell())):
-        pass
-    assert caught.value.diagnostics[0].slug is Slug.STORE_NEWER
+def _refusal(use: Callable[[], object]) -> Diagnostic:
+    with pytest.raises(InputError) as caught:
+        use()
+    (found,) = caught.value.diagnostics
+    return found
+
+
+@pytest.mark.parametrize("version", [0, 1, 8, 10])
+def test_a_store_of_another_version_is_refused_and_stays_as_it_is(path: Path, version: int, wording: Wording) -> None:
+    with sqlite3.connect(path) as other:
+        other.execute(f"PRAGMA user_version = {version}")
+    other.close()
+    before = path.read_bytes()
+    new = store(path.with_name("new.db"), 1, results(1, 1))
+    uses: list[Callable[[], object]] = [
+        lambda: read_history(path),
+        lambda: store(path, 2, results(1, 1)),
+        lambda: combine_stores([new, path], path.with_name("all.db")),
+        lambda: combine_stores([new], path),
+    ]
+    found = [_refusal(use) for use in uses]
+    assert [(each.slug, str(each.place)) for each in found] == [(Slug.FORMAT_VERSION, str(path))] * len(uses)
+    assert path.read_bytes() == before
+    wording(found[0])
 
 
 @pytest.mark.parametrize("content", [b"", None], ids=["no bytes", "no tables"])
@@ -170,6 +184,8 @@ def test_what_is_read_is_of_one_moment(path: Path, monkeypatch: pytest.MonkeyPat
         "UPDATE source SET path = x'ff'",
         "UPDATE test_case SET name = x'ff'",
         "UPDATE test_case SET ended_ns = x'ff'",
+        "UPDATE run SET planner = NULL",
+        "UPDATE model SET obligations_of = NULL",
     ],
 )
 def test_rows_that_no_store_has_are_damage(path: Path, tmp_path: Path, change: str) -> None:

@@ -189,18 +189,3 @@ def test_foreign_rows_are_damage(path: Path, change: str) -> None:
     with pytest.raises(InputError) as caught:
         read_history(path)
     assert caught.value.diagnostics[0].slug is Slug.STORE_DAMAGED
-
-
-def test_a_store_of_version_6_has_none(path: Path) -> None:
-    before = read_history(path)
-    with sqlite3.connect(path) as connection:
-        for table in ("mutation", "mutant"):
-            connection.execute(f"DROP TABLE {table}")
-        connection.execute("DROP VIEW visit")
-        for column in ("lifted", "objects", "obligations_of"):
-            connection.execute(f"ALTER TABLE model DROP COLUMN {column}")
-        connection.execute("PRAGMA user_version = 6")
-    connection.close()
-    assert read_history(path) == before
-    add(path, suite_of(before, range(3), mutants=1), killed("first", before))
-    assert read_history(path).evidence.found is not None

@@ -52,6 +52,16 @@ def test_what_is_added_is_read_again(path: Path) -> None:
     assert not any(case.is_earlier for case in history.cases)
 
 
+def test_the_keys_of_cases_are_part_of_the_format() -> None:
+    """Another key would add a case again that a store has: a change of keys needs another version of the tables."""
+    digest = digest_of(cell())
+    assert [key_of(recipe, digest).hex() for recipe, _ in (*results(1, 2), *results(1, 1, "drawn"))] == [
+        "67e1a95c00cf77718923601dbe2d05e7",
+        "d798402f3adcc27ad9fddcb4ed146715",
+        "a93c03850c4a43276225221b0b5af45f",
+    ]
+
+
 def test_the_figure_is_that_of_one_campaign(path: Path) -> None:
     pairs = results(1, 12)
     coverage = Coverage(Obligations.of(cell()), tuple((r.case.name, r.visited) for _, r in pairs))

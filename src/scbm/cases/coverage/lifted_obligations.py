@@ -120,7 +120,7 @@ class LiftedStatuses:
 
     Attributes:
         entries: one for each obligation, *queued* included, in the order of the model.
-        objects: the objects of the model; `None` if its file has no types, or is not known.
+        objects: the objects of the model; `None` if its file has no types.
         others: the visits under other objects that are united with those of the model.
     """
 

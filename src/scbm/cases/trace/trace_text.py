@@ -8,7 +8,7 @@ from hashlib import sha256
 from typing import Any, get_args, get_type_hints
 
 from scbm.cases.trace.records import Record, Trace
-from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug, Value
+from scbm.model import Diagnostic, InputError, Place, PlannerIdentity, Slug, Value, refuse_other_version
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
 FORMAT_VERSION = 2
@@ -18,7 +18,7 @@ PAIRED = ("changes", "state", "payload")
 """The fields that hold variables and their values; they are written as JSON objects."""
 
 _LEFT_OUT = "by"
-"""The field that is left out where it is empty, so that traces without it stay the same."""
+"""The field that is left out where it is empty."""
 
 
 def write_trace(trace: Trace) -> str:
@@ -29,9 +29,9 @@ def write_trace(trace: Trace) -> str:
 
 
 def trace_digest(trace: Trace) -> str:
-    """Return the SHA-256 of a trace, in hexadecimal digits: of its text in version 1 of the format.
+    """Return the SHA-256 of a trace, in hexadecimal digits: of its text with a header that has no planner, version 1.
 
-    So the digests in cases and logs that older versions wrote stay valid. The planner is not covered.
+    Planners that find the same plans give the same digest.
     """
     header = {"format": "scbm-trace", "version": 1, "model": trace.model, "case": trace.case}
     return sha256(_lines(header, trace).encode()).hexdigest()
@@ -69,11 +69,9 @@ def read_trace(text: str, file: str = "trace") -> Trace:
     header = _object(lines[0] if lines else "", Place(file, 1))
     if header.get("format") != "scbm-trace":
         raise _bad("this is not a trace of scbm", Place(file, 1))
-    version = header.get("version")
-    if version not in range(1, FORMAT_VERSION + 1):
-        message = f"version {version} of the trace format; this scbm reads version {FORMAT_VERSION} and older ones"
-        raise _bad(message, Place(file, 1))
-    planner = FIRST_PLANNER if version == 1 else _planner(header.get("planner"), Place(file, 1))
+    remedy = "write it again: `scbm run MODEL --trace FILE`"
+    refuse_other_version("trace", header.get("version"), FORMAT_VERSION, Place(file, 1), remedy)
+    planner = _planner(header.get("planner"), Place(file, 1))
     records = tuple(_read_record(line, Place(file, number)) for number, line in enumerate(lines[1:], start=2))
     return Trace(str(header.get("model")), str(header.get("case")), records, planner)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.cli.options.option_errors import option_error
 from scbm.files import open_input
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import Diagnostic, InputError, Place, Slug, refuse_other_version
 from scbm.model.json_reader import JsonError, line_and_column, read_json_object
 
 if TYPE_CHECKING:
@@ -160,7 +160,9 @@ def _entries(directory: Path) -> dict[str, dict[str, object]]:
         data = read_json_object(text, _MAX_CHARACTERS)
     except JsonError as error:
         raise _damaged(directory, error.message, line_and_column(text, error.position)) from None
-    models = data.get("models") if data.get("format_version") == FORMAT_VERSION else None
+    place = Place(str(directory / _RECORD))
+    refuse_other_version("record of failed cases", data.get("format_version"), FORMAT_VERSION, place, _REMEDY)
+    models = data.get("models")
     if not isinstance(models, dict) or not all(isinstance(entry, dict) for entry in models.values()):
         raise _damaged(directory)
     return models
@@ -171,12 +173,12 @@ def _key(directory: Path, model_file: Path) -> str:
 
 
 _TextPlace: TypeAlias = tuple[int, int, str | None]
-_NO_RECORD = "this is no record of failed cases of this version of scbm"
+_NO_RECORD = "this is no record of failed cases"
+_REMEDY = "remove it, and run the cases again"
 
 
 def _damaged(directory: Path, message: str = _NO_RECORD, where: _TextPlace = (0, 0, None)) -> InputError:
     """Return the error for the file; `where` has the line, the column and the text of the line."""
     line, column, source = where
     place = Place(str(directory / _RECORD), line, column)
-    remedy = "remove it, and run the cases again"
-    return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, remedy, source_line=source)])
+    return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, _REMEDY, source_line=source)])

@@ -135,11 +135,13 @@ def _why_ignored(stored: StoredCertificate, model: BehaviorModel) -> str:
         return "it is for another version of the model"
     if stored.checked_by == __version__:
         return ""
-    from scbm.closing.certificate_files import UPGRADED  # noqa: PLC0415 - few stores need the checker
-    from scbm.proofcheck import check_certificate, read_certificate  # noqa: PLC0415
+    from scbm.proofcheck import check_certificate, read_certificate  # noqa: PLC0415 - few stores need the checker
 
-    flaws = check_certificate(read_certificate(stored.text, stored.name), model)
-    return f"{flaws[0]}; {UPGRADED}" if flaws else ""
+    try:
+        flaws = check_certificate(read_certificate(stored.text, stored.name), model)
+    except InputError as error:  # its format is that of another version
+        return error.diagnostics[0].message
+    return str(flaws[0]) if flaws else ""
 
 
 _MAX_FLAWS = 5

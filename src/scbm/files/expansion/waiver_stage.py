@@ -116,20 +116,16 @@ def expand_waivers(lifted: YamlNode, ground: YamlNode, report: ErrorCollector) -
 def expand_waivers_file(document: YamlNode, model: BehaviorModel, report: ErrorCollector) -> YamlNode:
     """Return the tree of a file of waivers with waivers of ground obligations of a model."""
     facts = StaticFacts() if model.objects is None else facts_of(model.objects, document.place)
-    are_known = model.objects is not None or not model.origins
-    return _WaiverStage(WaivableEntries.of_model(model), facts, report, are_known=are_known).expanded(document)
+    return _WaiverStage(WaivableEntries.of_model(model), facts, report).expanded(document)
 
 
 class _WaiverStage:
-    def __init__(
-        self, entries: WaivableEntries, facts: StaticFacts, report: ErrorCollector, *, are_known: bool = True
-    ) -> None:
-        """Take the entries of the model, its types and tables, and whether these are known."""
+    def __init__(self, entries: WaivableEntries, facts: StaticFacts, report: ErrorCollector) -> None:
+        """Take the entries of the model, and its types and tables."""
         self._entries = entries
         variables = dict.fromkeys((*entries.variables, *(name.partition(".")[0] for name in entries.variables)))
         self._names = LiftedNames(facts, plain=frozenset(name for name in variables if name not in facts.places))
         self._report = report
-        self._are_known = are_known
 
     def expanded(self, document: YamlNode) -> YamlNode:
         node = document.get("waivers")
@@ -146,11 +142,6 @@ class _WaiverStage:
         text = obligation.text if obligation is not None else None
         if obligation is None or text is None:
             yield waiver
-            return
-        if "[" in text and not self._are_known:
-            message = "the objects of this model are not known: an older scbm wrote the store"
-            remedy = "add a run of the model to the store, or name each obligation"
-            self._report.add(Slug.NOT_STATIC, message, obligation.place, remedy)
             return
         key = lifted_key(text, obligation.place, LiftedScope(self._names), self._report, is_named=False)
         if key is None and "[" in text:

@@ -81,7 +81,6 @@ def test_values_keep_their_kind() -> None:
     [
         ("", 1),
         ("{}", 1),
-        ('{"format": "scbm-trace", "version": 99}', 1),
         ("HEADER\nnonsense", 2),
         ('HEADER\n{"kind": "party"}', 2),
         ('HEADER\n{"kind": "automatic", "at_ns": 1}', 2),
@@ -107,9 +106,17 @@ def test_a_trace_names_its_planner_which_the_digest_does_not_cover() -> None:
     assert trace_digest(other) == trace_digest(TRACE)
 
 
-def test_a_trace_of_version_1_was_planned_by_the_canonical_planner() -> None:
+def test_the_digest_is_that_of_the_text_with_a_header_without_a_planner() -> None:
     header, rest = write_trace(TRACE).split("\n", 1)
-    older = '{"format":"scbm-trace","version":1,"model":"model","case":"case"}\n' + rest
-    assert read_trace(older) == TRACE
     assert '"planner":{"name":"canonical","version":"1"}' in header
-    assert trace_digest(TRACE) == sha256(older.encode()).hexdigest()
+    text = '{"format":"scbm-trace","version":1,"model":"model","case":"case"}\n' + rest
+    assert trace_digest(TRACE) == sha256(text.encode()).hexdigest()
+
+
+@pytest.mark.parametrize("version", ["1", "3", '"2"', "null"])
+def test_another_version_of_the_format_is_refused(version: str, wording: Wording) -> None:
+    with pytest.raises(InputError) as caught:
+        read_trace(write_trace(TRACE).replace('"version":2', f'"version":{version}'))
+    (found,) = caught.value.diagnostics
+    assert (found.slug, found.place.line) == (Slug.FORMAT_VERSION, 1)
+    wording(found)
