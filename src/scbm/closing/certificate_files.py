@@ -183,6 +183,20 @@ def open_certificate(path: Path) -> CertificateFile:
     return CertificateFile(certificate, path, model_path, read_reasons(path, certificate))
 
 
+def open_certificates(paths: Iterable[Path]) -> tuple[CertificateFile, ...]:
+    """Return the certificates in files. Raises `InputError` with the errors of all files."""
+    opened: list[CertificateFile] = []
+    wrong: list[Diagnostic] = []
+    for path in paths:
+        try:
+            opened.append(open_certificate(path))
+        except InputError as error:
+            wrong += error.diagnostics
+    if wrong:
+        raise InputError(wrong)
+    return tuple(opened)
+
+
 def model_path_in(text: str, path: Path) -> Path | None:
     """Return the model file that the text of a certificate names; the text may be its beginning.
 

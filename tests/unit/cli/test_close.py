@@ -453,6 +453,15 @@ def test_errors_in_a_certificate_have_the_place_in_its_file(scbm: Scbm, certific
     assert (ran.code, f"{certificate}:{line}:13: error[bad-certificate]" in ran.err) == (2, True)
 
 
+def test_all_certificates_of_another_version_are_reported_at_once(scbm: Scbm, tmp_path: Path) -> None:
+    for name in ("runs", "values"):
+        (tmp_path / f"{name}.json").write_text('{"scbm_certificate": 3,\n"model": "cell"}', encoding="utf-8")
+    heads = [f"{tmp_path / name}.json: error[format-version]" for name in ("runs", "values")]
+    for command in (("close", "--check", tmp_path), ("test", BEFORE, "--certificates", tmp_path)):
+        ran = scbm(*command)
+        assert (ran.code, diagnostic_heads(ran.err)) == (2, heads)
+
+
 def test_there_must_be_something_to_check(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     ran = scbm("close", "--check")
     assert (ran.code, diagnostic_heads(ran.err)) == (2, ["--check: error[bad-option]"])

@@ -78,11 +78,11 @@ def read_evidence(
     Raises:
         InputError: a file is no certificate, or the waivers have errors.
     """
-    from scbm.closing.certificate_files import certificates_in, check_file, open_certificate  # noqa: PLC0415 - as above
+    from scbm.closing.certificate_files import certificates_in, check_file, open_certificates  # noqa: PLC0415 - as above
     from scbm.closing.proved_statuses import StatusEvidence  # noqa: PLC0415
 
     review = read_waivers_of(model, waivers)
-    files = [open_certificate(path) for path in certificates_in(certificates or ())]
+    files = open_certificates(certificates_in(certificates or ()))
     checked = tuple(check_file(file, model) for file in files)
     for each in checked:
         found = each.diagnostics(model_file)[:_MAX_FLAWS]

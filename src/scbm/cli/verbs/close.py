@@ -20,7 +20,7 @@ from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Jobs, Json, Seed, SuiteFiles
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
-from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificate
+from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificates
 from scbm.closing.closing_files import ClosingFiles, refuse_output, write_output
 from scbm.closing.decisions import FailedCase, FoundFault, consequences_of_force, failed_cases, found_faults
 from scbm.closing.proved_statuses import with_waivers
@@ -299,7 +299,7 @@ def check_certificates(files: Sequence[Path], *, json: bool) -> int:
     if not asked:
         message = "no certificate is given"
         raise option_error("--check", message, "write `scbm close --check FILE`")
-    opened = [open_certificate(path) for path in find_certificates(asked)]
+    opened = open_certificates(find_certificates(asked))
     paths = [model_path or file.required_model_path() for file in opened]
     models = {path: load_model(path) for path in dict.fromkeys(paths)}
     checked = [check_file(file, models[path]) for file, path in zip(opened, paths, strict=True)]

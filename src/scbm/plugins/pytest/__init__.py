@@ -85,9 +85,9 @@ def _threshold(text: str) -> Threshold:
 def pytest_configure(config: pytest.Config) -> None:
     """Raise `UsageError` for unreadable certificates, limits that are too small, and a planner that does not exist."""
     if config.getoption("--scbm-certificates") is not None:
-        from scbm.plugins.pytest.session_statuses import open_certificates
+        from scbm.plugins.pytest.session_statuses import certificates_of
 
-        tuple(open_certificates(config))
+        tuple(certificates_of(config))
     for option, least in (("--scbm-max-length", 0), ("--scbm-max-expanded", 1)):
         limit: int | None = config.getoption(option)
         if limit is not None and limit < least:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scbm.cases.coverage import COVERABLE, KINDS, Threshold, WaiverReview
-from scbm.closing.certificate_files import certificates_in, check_file, open_certificate
+from scbm.closing.certificate_files import certificates_in, check_file, open_certificates
 from scbm.closing.current_date import today
 from scbm.closing.proved_statuses import StatusEvidence
 from scbm.model import InputError
@@ -48,7 +48,7 @@ class SessionStatuses:
 
     def __init__(self, models: SessionModels) -> None:
         self._config = models.config
-        self._certificates = tuple(open_certificates(models.config))
+        self._certificates = tuple(certificates_of(models.config))
         self._known: dict[Path, Statuses | None] = {}
 
     def of(self, part: SessionPart) -> Statuses | None:
@@ -69,13 +69,13 @@ class SessionStatuses:
         return evidence.statuses(campaign.coverage, campaign.forced, goals)
 
 
-def open_certificates(config: pytest.Config) -> Iterator[CertificateFile]:
+def certificates_of(config: pytest.Config) -> Iterator[CertificateFile]:
     """Yield the certificates of the options. Raise `UsageError` for a file that is none."""
     named: list[str] = config.getoption("--scbm-certificates") or []
     directory = config.invocation_params.dir
     try:
-        for path in certificates_in(directory / name for name in named):
-            file = open_certificate(path)
+        for file in open_certificates(certificates_in(directory / name for name in named)):
+            path = file.path
             yield replace(file, path=path.relative_to(directory)) if path.is_relative_to(directory) else file
     except InputError as error:
         raise pytest.UsageError("\n".join(f"--scbm-certificates: {one}" for one in error.diagnostics)) from None
