@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.model import PlannerChoice, PlannerIdentity, PlanSet
+from scbm.model import PlannerIdentity, PlanSet
 from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable, always
 from scbm.planning.plan_search import brief_answer, search_plan
 
@@ -168,20 +168,10 @@ def model_with_plans(plans: PlanSet, model: BehaviorModel) -> BehaviorModel:
 
 
 def model_planned_by(planner: PlannerIdentity, model: BehaviorModel) -> BehaviorModel:
-    """Return the model with the planner of a recorded run, and with plans that are drawn if those of the run were.
-
-    The limits of the model stay where the planner is that of the model and the run recorded no limit: the run had none,
-    or an older version of `scbm` recorded it.
-    """
+    """Return the model with the planner of a recorded run, and with plans that are drawn if those of the run were."""
     is_drawn = planner.name == DRAWN_SHORTEST
     model = model_with_plans(PlanSet.SHORTEST if is_drawn else PlanSet.CANONICAL, model)
-    planner = replace(planner, name=DEFAULT_PLANNER) if is_drawn else planner
-    choice = model.planner
-    if planner.name != (choice.name or DEFAULT_PLANNER):
-        return replace(model, planner=planner.choice)
-    length = choice.max_length if planner.max_length is None else planner.max_length
-    expanded = choice.max_expanded if planner.max_expanded is None else planner.max_expanded
-    return replace(model, planner=PlannerChoice(choice.name, length, expanded))
+    return replace(model, planner=replace(planner, name=DEFAULT_PLANNER).choice if is_drawn else planner.choice)
 
 
 DRAWN_SHORTEST = "shortest"

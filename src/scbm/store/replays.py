@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Network
 from scbm.files import Scope, digest_of, parse_requirement, read_case, read_network, write_case, write_network
-from scbm.model import InputError, PlannerChoice, PlannerIdentity, Requirement, stable_durations
+from scbm.model import InputError, PlannerIdentity, Requirement, stable_durations
 from scbm.planning import DEFAULT_PLANNER, DRAWN_SHORTEST, PLANNERS, model_planned_by
 from scbm.store.history import Drawn, Written, unpacked_log
 from scbm.testing import RandomCases, Tester
@@ -105,8 +105,7 @@ class Replays:
         """Return a tester with the planner of the run that had the case."""
         planner = self._runs[stored.run].planner
         if planner not in self._testers:
-            unplanned = replace(self._model, planner=PlannerChoice())  # its limits are those of the run
-            self._testers[planner] = Tester(model_planned_by(PlannerIdentity.parse(planner), unplanned))
+            self._testers[planner] = Tester(model_planned_by(PlannerIdentity.parse(planner), self._model))
         return self._testers[planner]
 
     def _is_planned_elsewhere(self, stored: StoredCase) -> bool:

@@ -92,8 +92,9 @@ def planner_of_replay(case: Case, model: BehaviorModel, options: str) -> str:
     if case.recorded is None or " --planner " in options:
         return options
     recorded = model_planned_by(case.recorded.planner, model)
-    if recorded.planner != model.planner:
-        options = f" --planner {model.planner.name or DEFAULT_PLANNER}{options}"
+    own = replace(model.planner, name=model.planner.name or DEFAULT_PLANNER)
+    if recorded.planner != own:
+        options = f" --planner {own.name}{options}"
     is_drawn_otherwise = recorded.runs != model.runs and case.origin is not None and " --plans " not in options
     return f"{options} --plans {model.runs.plans}" if is_drawn_otherwise else options
 

@@ -263,6 +263,18 @@ def test_a_limit_of_the_model_is_recorded(scbm: Callable[..., Any], tmp_path: Pa
     assert json.loads(scbm("replay", case, "--json").out)["is_recorded_run"] is True
 
 
+def test_a_run_that_was_recorded_without_limits_is_replayed_without_limits(
+    scbm: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_text(Path(BEFORE).read_text(encoding="utf-8"), encoding="utf-8")
+    scbm("test", file, "--cases", 1, "--seed", 1, "--failures", tmp_path, "--save", tmp_path / "saved")
+    (case,) = (tmp_path / "saved").glob("*.yaml")
+    file.write_text(f"{file.read_text(encoding='utf-8')}planner: {{max_length: 1}}\n", encoding="utf-8")
+    assert scbm("test", file, case, "--failures", tmp_path, "--no-shrink").code == 1
+    assert json.loads(scbm("replay", case, "--json").out)["is_recorded_run"] is True
+
+
 @pytest.mark.parametrize(
     "identity",
     [
