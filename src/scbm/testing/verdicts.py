@@ -255,13 +255,12 @@ class Verdict:
     Attributes:
         end: the end of the run for the last goal.
         failures: the reasons to call the case failed; none if it passed.
-        excuses: for each missed goal that does not fail the case the reason, in the order of the goals. Verdicts that
-            differ in excuses alone are equal.
+        excuses: for each missed goal that does not fail the case the reason, in the order of the goals.
     """
 
     end: End
     failures: tuple[Failure, ...] = ()
-    excuses: tuple[Excuse, ...] = field(default=(), compare=False)  # older stores do not have them
+    excuses: tuple[Excuse, ...] = ()
 
     @property
     def passed(self) -> bool:
