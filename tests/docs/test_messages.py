@@ -67,7 +67,7 @@ def no_trace(_: Path) -> None:
 
 
 def a_newer_trace(_: Path) -> None:
-    read_trace('{"format": "scbm-trace", "version": 3}\n', "run.jsonl")
+    read_trace('{"format": "scbm-trace", "version": 4}\n', "run.jsonl")
 
 
 def _log() -> str:

@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from scbm.cases import Case, CaseLimits
-from scbm.cases.trace import Changes, Record, RunStarted
+from scbm.cases.trace import Changes, Record, RunnerStarted, RunStarted
 from scbm.files import load_model
 from scbm.model import BehaviorModel
 from scbm.model.predicates import TRUE
@@ -28,7 +28,7 @@ def _comparable(execution: Execution) -> list[object]:
     """The records of a run; an operation that is gone or in another place changes the first state that is recorded."""
     return [
         replace(record, state=(), changes=())
-        if isinstance(record, RunStarted)
+        if isinstance(record, RunnerStarted | RunStarted)
         else replace(record, changes=_sorted(record))
         for record in execution.trace.records
     ]

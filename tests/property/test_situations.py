@@ -12,10 +12,8 @@ from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import Record
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
 from scbm.closing.runs.run_graph import Edge, RunGraph
-from scbm.closing.runs.situations import TIME_LIMIT, Happening, HappeningKind, Position
 from scbm.model import BehaviorModel, Predicate, State
 from scbm.planning import Planner, Solved
-from scbm.proofcheck import Awaits
 from scbm.running import (
     AskPlan,
     CancelRequest,
@@ -33,6 +31,7 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
+from scbm.running.untimed.situations import TIME_LIMIT, Happening, HappeningKind, Position, WaitsFor
 from support.profiles import examples
 from support.random_models import random_model
 from support.strategies import running_models
@@ -100,7 +99,7 @@ class Led:
         packed = self.runner.program.packing.pack(self.runner.state) & runs.relevance.mask
         resources = [resource.name for resource in self.runner.program.model.resources]
         in_flight = tuple(resources[number] for number in position.in_flight)
-        is_asking = position.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE)
+        is_asking = position.awaits in (WaitsFor.PLAN, WaitsFor.UNSOLVABLE, WaitsFor.STALE)
         queue = runs.queues(runs.model.goals[0][1]).content(position.queue)
         expected = () if is_asking or queue is None else queue
         return (

@@ -13,13 +13,13 @@ import copy
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import islice, product
 from typing import TypeAlias
 
 from scbm.cases import CONDITIONS, Condition, Injection
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import Changes
-from scbm.model import BehaviorModel, InitialStates, PlanSet, Predicate, Resource, Role, State, Transition
+from scbm.model import BehaviorModel, PlanSet, Predicate, Resource, Role, State, Transition
 from scbm.model.sources import free_groups
 from scbm.planning import Planner, Solved
 from scbm.running import (
@@ -151,7 +151,7 @@ class _Explorer:
         self.visited = 0
         self.cut_off = 0
         self.situations = 0
-        self.complete = InitialStates(model).combinations <= most
+        self.complete = True
         self.ways: dict[str, Path] = {}
         self._model = model
         self._most = most
@@ -168,27 +168,24 @@ class _Explorer:
 
     def explore(self, *, is_sequence: bool) -> None:
         """All runs for all goals, from initial states, and from where runs ended."""
-        runners: list[tuple[Runner, Path]] = [
-            (Runner(self._program, start, _WAITING if self._outside else _OPTIONS), (None, _differences(start)))
-            for start in self._starts()
-        ]
-        if is_sequence:
-            for runner, path in runners:
-                self.visited |= self._after_end(runner, path)
+        for start in self._starts():
+            runner = Runner(self._program, start, _WAITING if self._outside else _OPTIONS)
+            path: Path = (None, _differences(start))
+            self.visited |= self._visit(runner.handle(Measured(()), 0), path, self.visited)
+            self.visited |= self._after_end(runner, path)
+        runners = list(self._rests.values())
         seen: dict[str, set[object]] = {goal: set() for goal, _ in self._model.goals}
-        begun = 0
+        begun = len(runners)
         while runners:
             for goal, predicate in self._model.goals:
                 self._explore(goal, predicate, runners, seen[goal])
             known = list(self._rests.values()) if is_sequence else []
             runners, begun = known[begun:], len(known)
 
-    def _starts(self) -> dict[State, None]:
-        nominal = self._model.nominal_state
-        starts = dict.fromkeys(InitialStates(self._model).allowed(self._most))
-        if self._model.initial_states.holds(nominal):
-            starts[nominal] = None
-        return starts
+    def _starts(self) -> list[State]:
+        starts = list(islice(starts_of(self._model, is_open=bool(self._outside)), self._most + 1))
+        self.complete = len(starts) <= self._most
+        return starts[: self._most]
 
     def _explore(self, goal: str, predicate: Predicate, runners: list[tuple[Runner, Path]], seen: set[object]) -> None:
         """All runs for one goal from runners at rest."""
@@ -240,7 +237,7 @@ class _Explorer:
         todo = [(ended, path)]
         while todo:
             before, way = todo.pop()
-            if before._state & self._kept in self._after_ends:
+            if runner_livelocks(before) or before._state & self._kept in self._after_ends:
                 continue
             self._after_ends[before._state & self._kept] = way
             self._rests[before._state & self._kept] = before, way
@@ -352,6 +349,24 @@ class _Explorer:
         space = self._model.space
         choices = [[(), *(((name, value),) for value in resource.sends(space[name]))] for name in resource.measures]
         return (tuple(pair for chosen in choice for pair in chosen) for choice in product(*choices))
+
+
+def runner_livelocks(runner: Runner) -> bool:
+    """Whether automatic transitions repeat without end while a runner is at rest; then nothing follows any more."""
+    return bool(runner._cycle)
+
+
+def starts_of(model: BehaviorModel, *, is_open: bool) -> Iterator[State]:
+    """All initial states: the allowed ones of random and nominal values, in which free variables have any values."""
+    free = {name: values for group in free_groups(model) for name, values in group.values} if is_open else {}
+    seen: dict[State, None] = {}
+    for known in ({v.name: (v.initial,) for v in model.space}, {v.name: v.random for v in model.space}):
+        choices = [dict.fromkeys((*values, *free.get(name, ()))) for name, values in known.items()]
+        for values in product(*choices):
+            state = State(model.space, dict(zip(known, values, strict=True)))
+            if state not in seen and model.initial_states.holds(state):
+                seen[state] = None
+                yield state
 
 
 class _Outside:

@@ -8,14 +8,14 @@ differ. Slow and obvious: nothing is left out of a situation, not even variables
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
 from typing import TypeAlias
 
-from scbm.cases.trace import RunStarted
-from scbm.model import BehaviorModel, GoalOrder, InitialStates, Predicate, State
+from scbm.cases.trace import RunnerStarted, RunStarted
+from scbm.model import BehaviorModel, GoalOrder, Predicate, State, Value
 from scbm.model.sources import outside_groups
 from scbm.planning import Planner, Solved
 from scbm.running import (
@@ -32,7 +32,7 @@ from scbm.running import (
     RunnerOptions,
     TimePassed,
 )
-from support.enumeration import _Outside, fork
+from support.enumeration import _Outside, fork, runner_livelocks, starts_of
 
 _Timed: TypeAlias = tuple[Event, int]
 _FOR_EVER = 10**30
@@ -88,11 +88,15 @@ class _Comparer:
         self._todo: list[_Pair] = []
 
     def compare(self) -> Comparison:
-        for one, other in zip(self._sides[0].starts(), self._sides[1].starts(), strict=True):
-            if (one is None) != (other is None):
-                return self._ended("an initial state is allowed in one of them")
-            if one is not None and other is not None:
-                self._todo.append(_Pair((self._sides[0].runner(one), self._sides[1].runner(other))))
+        starts = [list(side.starts()) for side in self._sides]
+        if {_world(start) for start in starts[0]} != {_world(start) for start in starts[1]}:
+            return self._ended("an initial state is one of them alone")
+        for start in starts[0]:
+            pair = _Pair((self._sides[0].runner(start), self._sides[1].runner(start)))
+            after = self._happen(pair, "start", (Measured(()), 0), (Measured(()), 0))
+            if after is None:
+                return self._ended("start")
+            self._todo.append(after)
         for pair in self._todo:
             difference = self._difference(pair)
             if difference is not None:
@@ -149,12 +153,16 @@ _LIMIT, _GIVE_UP, _DEADLINE = "time limit", "given up", "deadline"
 
 def _seen(effect: Effect) -> object:
     """An effect, without the states of operations in the first record: a mutant may lack an operation."""
-    if isinstance(effect, RunStarted):
-        world = tuple(sorted((n, v) for n, v in effect.state if not n.endswith(".state")))
-        return effect.at_ns, effect.goal, effect.predicate, world, effect.changes
+    if isinstance(effect, RunnerStarted | RunStarted):
+        return type(effect), effect.at_ns, _world(dict(effect.state)), effect.changes
     if isinstance(effect, AskPlan):
         return effect.ask, str(effect.goal)
     return effect
+
+
+def _world(state: Mapping[str, Value]) -> tuple[tuple[str, Value], ...]:
+    """The values without those of operations, in an order of their own."""
+    return tuple(sorted((n, v) for n, v in state.items() if not n.endswith(".state")))
 
 
 def _asked(effects: list[Effect], before: AskPlan | None) -> AskPlan | None:
@@ -184,7 +192,7 @@ class _Side:
     def __init__(self, model: BehaviorModel, original: BehaviorModel) -> None:
         self.model = model
         self.program = Program(model)
-        self.program.unasked = Program(original).unasked  # the world is that of the original
+        self.program.measurable = Program(original).measurable  # the world is that of the original
         self.planner = Planner(model)
         environment = {each.name: each for each in model.environment}
         kept = tuple(environment[each.name] for each in original.environment if each.name in environment)
@@ -194,14 +202,9 @@ class _Side:
         self._is_sequence = original.runs.goals is GoalOrder.SEQUENCE
         self.answer = cache(self._answer)
 
-    def starts(self) -> Iterator[State | None]:
-        """The nominal state, then all random ones; `None` for those that are not allowed."""
-        combinations = InitialStates(self.model)
-        nominal = self.model.nominal_state
-        yield nominal if self.model.initial_states.holds(nominal) else None
-        for number in range(combinations.combinations):
-            values = combinations.combination(number)
-            yield State(self.model.space, values) if combinations.allows(values) else None
+    def starts(self) -> Iterator[State]:
+        """All initial states."""
+        return starts_of(self.model, is_open=self._outside is not None)
 
     def runner(self, start: State) -> Runner:
         return Runner(self.program, start, self.options)
@@ -214,10 +217,11 @@ class _Side:
     def events(self, runner: Runner, ask: AskPlan | None) -> Iterator[tuple[str, tuple[Event, int]]]:
         """Everything that can happen, by a label, with its time."""
         now_ns = runner._now_ns
-        for label, event in self._outside.events(runner) if self._outside is not None else ():
+        outside = None if runner_livelocks(runner) else self._outside
+        for label, event in outside.events(runner) if outside is not None else ():
             yield label, (event, now_ns)
         if runner.is_at_rest:
-            if self._is_sequence or not runner._asks:
+            if (self._is_sequence or not runner._asks) and not runner_livelocks(runner):
                 yield from ((name, (GoalGiven(name, goal), now_ns)) for name, goal in self.model.goals)
             return
         if ask is not None:

@@ -6,6 +6,7 @@ from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
@@ -21,6 +22,7 @@ from scbm.cases.trace import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
 )
 from scbm.model import BehaviorModel, OperationState
@@ -33,6 +35,7 @@ def record_of_each_kind(model: BehaviorModel) -> tuple[Record, ...]:
     resource, operation, variable = model.resources[0].name, model.operations[0].name, model.variables[0]
     state = tuple((each.name, each.initial) for each in model.running_space)
     return (
+        RunnerStarted(0, state),
         InjectionApplied(0, "push", None, ()),
         RunStarted(0, "goal", "true", state),
         PlanAsked(0, 1, ()),
@@ -52,4 +55,5 @@ def record_of_each_kind(model: BehaviorModel) -> tuple[Record, ...]:
         PutBack(6, "push", ()),
         AutomaticTaken(7, "light", operation, ()),
         RunEnded(8, "goal", "reached", (), ()),
+        LivelockedAtRest(8, ("light",)),
     )

@@ -105,7 +105,6 @@ class CaseGoal:
         name: the name of the goal, or its predicate if it has no name.
         predicate: the goal as a predicate.
         when: the predicate that must hold for the runner to begin; `None` begins as soon as the run before has ended.
-            The first goal of a case has none.
         expect: the expected results of the run for this goal.
         may_end: the ends that excuse a missed goal.
     """
@@ -232,10 +231,12 @@ class Case:
         origin: the random streams for choices that the case leaves open; `None` draws nothing.
         recorded: the result of the run that the case was saved from.
         plans: the answers of the planner, in the order of the questions; without them the planner is asked.
-        environment: all changes that the environment makes, by their time. For `None` it acts at the rates of the model
-            if the case has an origin, and not at all otherwise.
+        environment: all changes from outside, in order. For `None` the environment acts at the rates of the model if
+            the case has an origin, and not at all otherwise.
         may_end: the ends that excuse a missed first goal.
         later: the goals after the first one, in order.
+        when: the predicate that must hold for the runner to begin with the first goal; `None` begins at once.
+        planning_ns: how long each plan takes.
     """
 
     name: str
@@ -254,17 +255,19 @@ class Case:
     environment: tuple[EnvironmentChange, ...] | None = None
     may_end: tuple[End, ...] = ()
     later: tuple[CaseGoal, ...] = ()
+    when: Predicate | None = None
+    planning_ns: int = 0
 
     @property
     def goals(self) -> tuple[CaseGoal, ...]:
         """All goals, in order."""
-        return (CaseGoal(self.goal, self.predicate, None, self.expect, self.may_end), *self.later)
+        return (CaseGoal(self.goal, self.predicate, self.when, self.expect, self.may_end), *self.later)
 
     def with_goals(self, goals: Sequence[CaseGoal]) -> Case:
-        """Return the case with other goals, at least one; the `when` of the first one is left out."""
+        """Return the case with other goals, at least one."""
         first, *later = goals
         changed = replace(self, goal=first.name, predicate=first.predicate, expect=first.expect, later=tuple(later))
-        return replace(changed, may_end=first.may_end)
+        return replace(changed, may_end=first.may_end, when=first.when)
 
     def goals_in(self, model: BehaviorModel) -> CaseGoalNames:
         """Return the names of its goals in a model."""

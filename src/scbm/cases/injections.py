@@ -148,14 +148,19 @@ MAX_CHANGES = 100_000
 
 @dataclass(frozen=True, slots=True)
 class EnvironmentChange:
-    """One change that the environment makes at a settled moment of a run (semantics 9.4).
+    """One entry under `environment`: changes from outside at a settled moment of a run (semantics 7.2).
 
     Attributes:
-        at_ns: the time of the run.
-        assign: the variables that change from outside, each with its new value.
-        by: the name of the environment transition; empty for a change that no transition makes.
+        at_ns: the time of the run; `None` if the entry has `when`.
+        assign: the variables that change, each with its new value, in the order of the changes; `None` for what the
+            actions of `by` make.
+        by: the name of the environment transition that makes the change; empty for anyone who can.
+        when: the predicate after which the time of `after_ns` runs; it is tried once the entry before it has acted.
+        after_ns: how long after `when` became true the entry acts.
     """
 
-    at_ns: int
-    assign: tuple[tuple[str, Value], ...]
+    at_ns: int | None
+    assign: tuple[tuple[str, Value], ...] | None
     by: str = ""
+    when: Predicate | None = None
+    after_ns: int = 0

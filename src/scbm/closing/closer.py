@@ -13,7 +13,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
 from itertools import islice
-from math import prod
 from operator import or_
 from typing import TYPE_CHECKING
 
@@ -36,12 +35,12 @@ from scbm.closing.scripts.case_search import (
     shortest_for_each,
     without_leftovers,
 )
-from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_in_motion
+from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_by_force, with_inputs_in_motion
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, Slug, State
-from scbm.model.sources import free_groups, outside_groups
+from scbm.model.sources import outside_groups
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
 
@@ -64,9 +63,6 @@ _PLANNED_FOR_SUGGESTIONS = 250
 
 _MAX_FOR_CASES = 10_000
 """Maximum number of situations in which inputs change that are explored to find cases, where they prove nothing."""
-
-_MANY_CHANGES = 50
-"""With more changes from outside in each situation, an exploration takes minutes."""
 
 _FEW_SITUATIONS = 30_000
 """Maximum number of situations of the small graph, which takes some three seconds and decides small models at once."""
@@ -111,7 +107,7 @@ class Closer:
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], TriedVisits] = {}
         self._suggestion_states = 0
-        self._outside = outside_groups(model)
+        self._is_open = bool(outside_groups(model))
         self._open_runs: list[AllRuns] = []
         self._one_case_each = False
 
@@ -342,12 +338,12 @@ class Closer:
         for transition in self.model.automatic_transitions:
             bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
             bases = known if bit & missing else ()
-            cases = (case for base in bases for case in with_inputs(self.model, transition, base.case))
+            cases = (case for base in bases for case in with_inputs_by_force(self.model, transition, base.case))
             executions = (bounded(self._tester, case) for case in islice(cases, self._limits.candidates))
             yield from islice((each for each in executions if each is not None and each.visited & bit), 1)
 
     def _with_inputs(self, found: Sequence[Execution], runs: AllRuns, missing: int) -> Iterator[Execution]:
-        """Yield runs with an injection into inputs, for automatic transitions that no run without injections takes."""
+        """Yield runs in which inputs change, for automatic transitions that no run without injections takes."""
         bases = (*self._nominal(runs), *found)
         for transition in self.model.automatic_transitions:
             bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
@@ -369,16 +365,13 @@ class Closer:
     def _with_changes_from_outside(self, closed: AllRuns, missing: int, never: int) -> list[Execution]:
         """Return runs in which inputs and published values change, for what no other run visits."""
         wanted = missing & ~never
-        if not wanted or not self._outside:
-            return []
-        if not wanted & ~self._obligations.mask(Aspect.DISABLED) and self._has_many_changes:
+        if not wanted or not self._is_open:
             return []
         self._progress("exploring runs in which inputs change")
         limits = self._limits
         if closed.stopped is not None:  # then all runs are too many in the open world, too
             limits = replace(limits, situations=min(_MAX_FOR_CASES, limits.situations))
-        is_for_proofs = self.model.runs.goals is GoalOrder.SINGLE
-        runs = AllRuns(self.model, limits, self._progress, RunScope(self._outside, from_rest=is_for_proofs))
+        runs = AllRuns(self.model, limits, self._progress, RunScope(is_open=True))
         if runs.stopped is not None and closed.stopped is None:
             self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
         return self._walked(runs, missing, never)
@@ -387,8 +380,6 @@ class Closer:
         """Return runs of cases with several goals, for what no case with one goal visits."""
         wanted = missing & ~never
         if not wanted or self.model.runs.goals is GoalOrder.SINGLE or closed.stopped is not None:
-            return []
-        if not wanted & ~self._obligations.mask(Aspect.DISABLED) and self._has_many_changes:
             return []
         runs = AllRuns(self.model, self._limits, self._progress, scope_of_proofs(self.model), until=wanted)
         return self._walked(runs, missing, never)
@@ -402,12 +393,6 @@ class Closer:
         search.run(short=True)
         self._shorten(search, missing)
         return search.found
-
-    @property
-    def _has_many_changes(self) -> bool:
-        """Whether so much can change from outside that it is not explored for *disabled* alone, which can be forced."""
-        sizes = (prod(len(values) + 1 for _, values in group.values) for group in free_groups(self.model))
-        return sum(sizes) > _MANY_CHANGES
 
     def _nominal(self, runs: AllRuns) -> Iterator[Execution]:
         """Yield a run without faults for each goal, from the first initial state."""
@@ -472,8 +457,6 @@ class Closer:
         """Return explored runs that prove something about what is missing."""
         if runs.stopped is not None:  # where these are too many, others are, too
             return ()
-        if self._has_many_changes and not missing & ~self._obligations.mask(Aspect.DISABLED):
-            return ()
         try:
             known = (runs, *self._open_runs)
             return explored_for_proofs(self.model, self._limits, self._progress, missing, known)
@@ -490,15 +473,11 @@ class Closer:
         name = visitors.free(bit)
         if name is not None:
             return Decided(obligation, Decision.COVERED, self._how(obligation, name, cases), case=name)
-        proof = proofs.find(obligation)
+        proof, by_force = proofs.find(obligation), visitors.any(bit)
         if proof is not None:
             decision = Decision.UNCOVERABLE if proof.plans is PlanSet.ANY else Decision.EXCLUDED
-            return Decided(obligation, decision, proof.reason, certificate=proof.certificate)
-        name = visitors.any(bit)
-        if name is not None:
-            how = f"{self._how(obligation, name, cases)}, in a state that no cell was shown to reach"
-            return Decided(obligation, Decision.FORCED, how, case=name)
-        return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, self._open_runs, bit))
+            return Decided(obligation, decision, proof.reason, by_force, certificate=proof.certificate)
+        return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, self._open_runs, bit), by_force)
 
     def _how(self, obligation: Obligation, name: str, cases: Sequence[ClosingCase]) -> str:
         execution = next((each.execution for each in cases if each.case.name == name), None)
@@ -630,11 +609,17 @@ def _what_stopped(runs: AllRuns, others: Iterable[AllRuns], bit: int) -> str:
             "such plans"
         )
     if is_visited:
-        simulated = "in a simulation planning takes no time, deadlines pass last in their instant, and goals come first"
-        return f"some runs visit it, but no case that was tried has such a run: {simulated}"
+        return f"some runs visit it, but no case that was tried has such a run; {_what_would_help(runs.goals)}"
     if runs.stopped is not None:
         return f"no run that visits it was found, and not all runs were explored: {runs.stopped}"
     return "no case that visits it was found, and runs with all goals and plans that are possible were not explored"
+
+
+def _what_would_help(goals: GoalOrder) -> str:
+    """Return who may find a case for what some run visits, as a clause."""
+    if goals is GoalOrder.SINGLE:
+        return "a case ends with its goal: `runs: {goals: sequence}` shows what follows the end"
+    return "random cases with other seeds may have one, or a written case with times of its own"
 
 
 def _new_name(goals: Sequence[str], taken: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scbm.closing.decisions import Closing, ClosingCase, Decided, Suggestion
     from scbm.proofcheck import Certificate
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 
 
 def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[str, Any]:
@@ -54,6 +54,7 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
 def decided_json(decided: Decided, output: ClosingFiles | None = None) -> dict[str, Any]:
     """Return one decision; it has the key `case` if a case visits it, and `certificate` if one proves it."""
     data: dict[str, Any] = {"name": str(decided.obligation), "decision": decided.decision.value}
+    data["is_forced"] = decided.is_forced
     if decided.case is not None:
         data["case"] = decided.case
     if decided.certificate is not None:
@@ -118,6 +119,7 @@ def _case(made: ClosingCase, output: ClosingFiles | None) -> dict[str, Any]:
         "forced_from_seconds": None if record is None else record.at_ns / 1e9,
         "forced_by": None if record is None else record.injection,
         "consequences": list(made.consequences),
+        "notes": list(made.execution.notes),
         "simulated_seconds": made.execution.ended_ns / 1e9,
         "file": None if output is None else str(output.cases[made.case.name]),
     }

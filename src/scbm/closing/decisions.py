@@ -50,7 +50,7 @@ class Decided:
     """The decision about one obligation.
 
     Attributes:
-        case: the name of the first case that visits it, if it is covered, also if only by a forced state, or waived.
+        case: the name of the first case that visits it; if it is not covered, one does so in a forced state only.
         certificate: the name of the certificate, if it is uncoverable or excluded by the planner; a key of
             `Closing.certificates`.
         reason: one sentence: how the case covers it, why nothing does, why it is waived, or what ended the search.
@@ -61,6 +61,11 @@ class Decided:
     reason: str
     case: str | None = None
     certificate: str | None = None
+
+    @property
+    def is_forced(self) -> bool:
+        """Whether only forced states visit it."""
+        return self.case is not None and self.decision is not Decision.COVERED
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,10 +93,12 @@ class ClosingCase:
 
     @property
     def forcing(self) -> str | None:
-        """The injection that forces the state, as a clause; `None` if nothing does."""
+        """What forces the state, as a clause; `None` if nothing does."""
+        if self.execution.forced_by is None:
+            return None
         record = forcing_record(self.execution)
         if record is None:
-            return None
+            return "forced from the start, as no run begins in this initial state"
         names = ", ".join(name for name, _ in record.changes)
         return f"forced from {format_moment(record.at_ns)} on, as {record.injection} changes {names}"
 
@@ -118,7 +125,7 @@ _WRONG_ENDS = (End.LIVELOCK, End.MODEL_ERROR, End.TIME_LIMIT)
 
 
 def forcing_record(execution: Execution) -> InjectionApplied | PutBack | None:
-    """Return the record from which on the state of a run is forced; `None` if it never is."""
+    """Return the record from which on the state of a run is forced; `None` if it is from the start, or never."""
     if execution.forced_by is None:
         return None
     record = execution.trace.records[execution.forced_by]
@@ -251,9 +258,7 @@ class Closing:
     @property
     def forced(self) -> int:
         """The number of obligations that cases visit in forced states only, whatever their status; without *queued*."""
-        visited, bit = self.after.visited, self.after.obligations.bit
-        statuses = [(d.decision, bit(d.obligation)) for d in self.decided if d.obligation.counts]
-        return sum(status is not Decision.COVERED and bool(visited & each) for status, each in statuses)
+        return sum(each.is_forced and each.obligation.counts for each in self.decided)
 
     @property
     def assumptions(self) -> tuple[str, ...]:
@@ -323,7 +328,8 @@ def found_faults(closing: Closing, again: Callable[[str], str]) -> tuple[FoundFa
 
 def _is_chosen(end: End, case: Case) -> bool:
     """Return whether a case may have been made so that it ends so: by its own limit, or as an input is away."""
-    return end is End.TIME_LIMIT and (bool(case.injections) or case.limits.time_ns is not None)
+    is_away = bool(case.injections or case.environment)
+    return end is End.TIME_LIMIT and (is_away or case.limits.time_ns is not None)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
+from math import prod
 from typing import TYPE_CHECKING
 
 from scbm.cases import ConditionKind
@@ -18,14 +20,14 @@ from scbm.cases.trace import (
     fault_in,
 )
 from scbm.model import InitialStates, Outcome, format_moment
-from scbm.model.sources import changed_from_outside
 from scbm.proofcheck import RunsArgument
+from scbm.testing.request_faults import requests_at_fault
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from scbm.cases.coverage import Obligation
-    from scbm.cases.trace import Changes, Record
+    from scbm.cases.trace import Record
     from scbm.closing.decisions import Closing, Decided, Suggestion
     from scbm.model import BehaviorModel
     from scbm.testing import Execution
@@ -107,8 +109,8 @@ def _explained(closing: Closing, decided: Decided, executions: Mapping[str, Exec
     about = tuple(each for each in closing.suggestions if decided.obligation in (*each.obligations, *each.by_force))
     if decided.case is not None:
         visit = first_visit(executions[decided.case], decided.obligation, closing.model)
-        return Explanation(decided, visit, suggestions=about)
-    return Explanation(decided, searched=_searched_runs(closing, decided), suggestions=about)
+        return Explanation(decided, visit, _searched_runs(closing, decided), about)
+    return Explanation(decided, None, _searched_runs(closing, decided), about)
 
 
 def first_visit(execution: Execution, obligation: Obligation, model: BehaviorModel) -> Visit | None:
@@ -128,9 +130,9 @@ class _Events:
 
     def __init__(self, execution: Execution, model: BehaviorModel, end: int) -> None:
         self._execution = execution
-        shared = [resource for resource in model.resources if resource.shared]
-        self._shared = [resource.name for resource in shared]
-        self._changeable = dict.fromkeys((*changed_from_outside(model), *(each.request_state for each in shared)))
+        self._shared = [resource.name for resource in model.resources if resource.shared]
+        real = () if execution.log is None else execution.log.real
+        self._at_fault = requests_at_fault(execution.case, execution.trace.records, execution.reactions, real)
         self._other_users: list[str] = []
         wrong: list[str] = []
         outside: list[str] = []
@@ -149,17 +151,14 @@ class _Events:
         match record:
             case MeasurementReceived(changes=changes, by=by) if changes:
                 return f"environment {by} sets {assignments(changes)}" if by else assignments(changes)
-            case InjectionApplied(changes=changes, injection=name) if self._are_outside(changes):
+            case InjectionApplied(changes=changes, injection=name, forced=False) if changes:
                 return f"injection {name} sets {assignments(changes)}"
-            case PutBack(changes=changes, injection=name) if self._are_outside(changes):
+            case PutBack(changes=changes, injection=name, forced=False) if changes:
                 return f"injection {name} puts back {assignments(changes)}"
             case ResourceChanged() if self._is_other_user(record):
                 return fault_in(record)
             case _:
                 return None
-
-    def _are_outside(self, changes: Changes) -> bool:
-        return bool(changes) and all(name in self._changeable for name, _ in changes)
 
     def _is_other_user(self, record: ResourceChanged) -> bool:
         """Return whether another user occupies a shared resource, or leaves it."""
@@ -168,16 +167,13 @@ class _Events:
         return record.injection in self._other_users
 
     def _fault(self, record: Record) -> str | None:
-        """Return a sentence for a fault, or for a request without an answer."""
-        if isinstance(record, RequestSent) and not _is_answered(self._execution, record.request):
-            return f"{record.resource} leaves request {record.request} unanswered"
+        """Return a sentence for a fault, or for a request that is at fault without an answer."""
+        if isinstance(record, RequestSent) and record.request - 1 in self._at_fault:
+            outcome = self._execution.reactions[record.request - 1].outcome
+            return (
+                f"{record.resource} leaves request {record.request} unanswered" if outcome is Outcome.TIMEOUT else None
+            )
         return fault_in(record)
-
-
-def _is_answered(execution: Execution, request: int) -> bool:
-    """Return whether a resource answers a request, the reply is not lost, and the request is not cancelled before."""
-    reactions = execution.reactions[request - 1 : request]
-    return all(reaction.outcome is not Outcome.TIMEOUT for reaction in reactions)
 
 
 def _searched_runs(closing: Closing, decided: Decided) -> SearchedRuns | None:
@@ -190,10 +186,8 @@ def _searched_runs(closing: Closing, decided: Decided) -> SearchedRuns | None:
 
 
 def _initial_states(model: BehaviorModel) -> int | None:
-    states = InitialStates(model)
-    if states.combinations > _MAX_STATES:
+    beginnings = InitialStates(model).beginnings(is_open=True)
+    if sum(prod(map(len, each.values())) for each in beginnings) > _MAX_STATES:
         return None
-    allowed = dict.fromkeys(states.allowed(_MAX_STATES))
-    if model.initial_states.holds(model.nominal_state):
-        allowed[model.nominal_state] = None
-    return len(allowed)
+    states = (dict(zip(each, values, strict=True)) for each in beginnings for values in product(*each.values()))
+    return len(dict.fromkeys(tuple(state.values()) for state in states if model.initial_states.holds(state)))

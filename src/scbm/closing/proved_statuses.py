@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview, waived_reason
+from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.model import GoalOrder, PlanSet
 
@@ -111,7 +111,7 @@ def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:
 
 
 def with_waivers(closing: Closing, waivers: WaiverReview) -> Closing:
-    """Return the result of closing in which undecided and forced obligations with a waiver that counts are waived."""
+    """Return the result of closing in which undecided obligations with a waiver that counts are waived."""
     decided = tuple(_waived(each, waivers) for each in closing.decided)
     needless = waivers.needless(str(each.obligation) for each in decided if each.decision is Decision.COVERED)
     return replace(closing, decided=decided, visited_waivers=needless, expired_waivers=waivers.expired)
@@ -119,6 +119,6 @@ def with_waivers(closing: Closing, waivers: WaiverReview) -> Closing:
 
 def _waived(decided: Decided, waivers: WaiverReview) -> Decided:
     waiver = waivers.of(decided.obligation)
-    if waiver is None or decided.decision not in (Decision.UNDECIDED, Decision.FORCED):
+    if waiver is None or decided.decision is not Decision.UNDECIDED:
         return decided
-    return replace(decided, decision=Decision.WAIVED, reason=waived_reason(waiver, is_visited=decided.case is not None))
+    return replace(decided, decision=Decision.WAIVED, reason=str(waiver))

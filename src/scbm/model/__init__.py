@@ -36,7 +36,7 @@ from scbm.model.bindings import (
     TopicPair,
 )
 from scbm.model.diagnostics import Diagnostic, InputError, Place, ScbmError, Severity, refuse_other_version
-from scbm.model.durations import format_duration, format_moment, stable_durations
+from scbm.model.durations import format_duration, format_moment
 from scbm.model.operations import Action, Add, Assign, Operation, Transition
 from scbm.model.packing import Packing
 from scbm.model.predicates import (
@@ -161,5 +161,4 @@ __all__ = [
     "format_moment",
     "format_value",
     "refuse_other_version",
-    "stable_durations",
 ]

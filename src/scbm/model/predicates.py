@@ -454,6 +454,13 @@ TRUE = Truth(True)
 FALSE = Truth(False)
 
 
+def conjuncts(predicate: Predicate) -> tuple[Predicate, ...]:
+    """Return the conjuncts of a predicate, those of nested conjunctions included."""
+    if not isinstance(predicate, And):
+        return (predicate,)
+    return tuple(part for operand in predicate.operands for part in conjuncts(operand))
+
+
 def conjunction(predicates: Iterable[Predicate]) -> Predicate:
     """Return the conjunction of the predicates: `true` for none, the predicate itself for one."""
     operands = tuple(predicates)

@@ -29,9 +29,11 @@ class FreeGroup:
     """Variables that something outside the model changes freely, all or some of them at one moment.
 
     Attributes:
+        name: the input, or the resource that publishes the variables.
         values: each variable with the values that it can take.
     """
 
+    name: str
     values: tuple[tuple[str, tuple[Value, ...]], ...]
 
     @property
@@ -119,12 +121,27 @@ def free_groups(model: BehaviorModel) -> tuple[FreeGroup, ...]:
     A message of a resource can carry several values at once. What environment transitions assign is in no group.
     """
     guarded = dict.fromkeys(moved(model))
-    groups = [FreeGroup(((n, model.space[n].domain.values),)) for n in inputs(model) if n not in guarded]
+    groups = [FreeGroup(n, ((n, model.space[n].domain.values),)) for n in inputs(model) if n not in guarded]
     for resource in model.resources:
         names = [name for name in published_by(resource, model) if name not in guarded]
         if names:
-            groups.append(FreeGroup(tuple((name, resource.sends(model.space[name])) for name in names)))
+            values = tuple((name, resource.sends(model.space[name])) for name in names)
+            groups.append(FreeGroup(resource.name, values))
     return tuple(groups)
+
+
+def free_initial_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
+    """Return for each variable that changes freely from outside the values that a run can begin with.
+
+    These are the values that it can get from outside, the random ones and the nominal one, in the order of its domain.
+    """
+    found: dict[str, dict[Value, None]] = {}
+    for group in free_groups(model):
+        for name, values in group.values:
+            variable = model.space[name]
+            known = found.setdefault(name, dict.fromkeys((variable.initial, *variable.random)))
+            known |= dict.fromkeys(values)
+    return {name: tuple(v for v in model.space[name].domain.values if v in known) for name, known in found.items()}
 
 
 def outside_groups(model: BehaviorModel) -> tuple[OutsideGroup, ...]:

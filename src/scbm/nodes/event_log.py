@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scbm.running import Event, Program
 
 FORMAT = "scbm-events"
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 """Incremented with every change of the format, which `docs/reference/event-logs.md` describes."""
 
 MAX_BYTES = 256 * 1024 * 1024

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     Part = TypeVar("Part")
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 
 
 def certificate_text(certificate: Certificate, model_file: str | None = None) -> str:

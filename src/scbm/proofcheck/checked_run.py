@@ -49,7 +49,8 @@ class CheckedRun:
         in_flight: the resources with a pending request, in the order of their requests.
         question: the request for a plan that is open.
         unsolvable_in: the values from which the planner has answered that no plan exists.
-        has_ended: whether the run has ended.
+        has_ended: whether no goal is pursued.
+        is_livelocked: whether automatic transitions repeat without end while no goal is pursued.
         visited: the names of the obligations visited so far.
         asked: the values and the requests in flight at each request for a plan.
         must_choose: whether several things can follow in the plan, and it is open which one does.
@@ -62,6 +63,7 @@ class CheckedRun:
         self.question: Question | None = None
         self.unsolvable_in: Values | None = None
         self.has_ended = False
+        self.is_livelocked = False
         self.visited: dict[str, None] = {}
         self.asked: list[tuple[Values, tuple[str, ...]]] = []
         self.must_choose = False
@@ -144,6 +146,7 @@ class CheckedRun:
 
     def _livelock(self) -> bool:
         if self.has_ended:
+            self.is_livelocked = True
             return False
         self.end(PlanState.ABORTED)
         return True

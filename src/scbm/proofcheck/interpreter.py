@@ -43,7 +43,7 @@ class Interpreter:
 
     Where each run has one goal, what a runner at rest visits after the end belongs to the step that ends the run. Where
     goals follow each other, the step has the values at the end (`CheckedStep.rests`), and `at_rest` has what follows.
-    In an open world something may change before the first goal is given.
+    Before the first goal the runner settles, and something may change from outside.
 
     Attributes:
         model: the model.
@@ -75,26 +75,23 @@ class Interpreter:
         self._after_ends: dict[tuple[Value, ...], tuple[str, ...]] = {}
         self.planned = self._plans.names
 
-    @property
-    def acts_at_rest(self) -> bool:
-        """Whether anything can happen while no goal is pursued: something changes from outside, or runs end."""
-        return self._is_sequence or bool(self._rules.outside)
+    def start(self, state: Mapping[str, Value]) -> CheckedStep:
+        """Return the step in which the runner starts and settles without a goal.
 
-    def initial(self, state: Mapping[str, Value]) -> Values:
-        """Return the values of a runner at rest in an initial state, which has a value for each of `variables`."""
+        `state` is an initial state, which has a value for each of `variables`.
+        """
         space = self._rules.model.running_space
         values: Values = {v: space[v].initial if space[v].role.is_runner else state[v] for v in self._rules.variables}
-        return {**values, **self._rules.at_rest}
+        return self._settled_step({**values, **self._rules.at_rest})
 
     def begin(self, rest: Values) -> CheckedStep:
         """Return the step in which the goal is given to a runner at rest."""
         return self._finish(self._run({**rest, PLAN_STATE: PlanState.PLANNING.value}))
 
     def at_rest(self, rest: Values) -> Iterator[CheckedStep]:
-        """Yield what can follow while no goal is pursued: the runner settles, or something changes from outside."""
-        for changes in ((), *self._rules.outside.changes(rest, ())):
-            run = self._settled({**rest, **dict(changes)})
-            yield CheckedStep(None, run.values, tuple(run.visited), rests=(run.values,))
+        """Yield what can follow while no goal is pursued and the runner is settled: something changes from outside."""
+        for changes in self._rules.outside.changes(rest, ()):
+            yield self._settled_step({**rest, **dict(changes)})
 
     def events(self, situation: Situation) -> Iterator[Event]:
         """Yield the events that can follow."""
@@ -218,7 +215,8 @@ class Interpreter:
 
     def _step(self, run: CheckedRun, situation: Situation | None) -> CheckedStep:
         cut_off: dict[str, None] = {}
-        rests: list[Values] = [run.values] if run.has_ended and self._is_sequence else []
+        is_at_rest = run.has_ended and not run.is_livelocked
+        rests: list[Values] = [run.values] if is_at_rest and self._is_sequence else []
         for values, sent in run.asked:
             visited, ends = self._after_end(values, sent)
             cut_off |= dict.fromkeys(visited)
@@ -232,15 +230,15 @@ class Interpreter:
         run.end(PlanState.ABORTED)
         if not self._is_sequence:
             return self._rest_of_run(run.values), ()
-        settled = self._settled(run.values)
-        return tuple(settled.visited), (settled.values,)
+        step = self._settled_step(run.values)
+        return step.visited, step.rests
 
-    def _settled(self, values: Values) -> CheckedRun:
-        """Return a runner without a goal after it has settled."""
+    def _settled_step(self, values: Values) -> CheckedStep:
+        """Return the step in which a runner without a goal settles; it has no rest if that never ends."""
         run = self._run(values)
         run.has_ended = True
         run.settle()
-        return run
+        return CheckedStep(None, run.values, tuple(run.visited), rests=() if run.is_livelocked else (run.values,))
 
     def _rest_of_run(self, values: Values) -> tuple[str, ...]:
         """Return what is visited from these values on after the end of a run, whatever changes from outside."""
@@ -250,12 +248,12 @@ class Interpreter:
             reached: dict[tuple[Value, ...], None] = {}
             todo = [values]
             while todo:
-                run = self._settled(todo.pop())
-                visited |= run.visited
-                settled = tuple(run.values.values())
-                if settled not in reached:
-                    reached[settled] = None
-                    changes = self._rules.outside.changes(run.values, ())
-                    todo += [{**run.values, **dict(each)} for each in changes]
+                step = self._settled_step(todo.pop())
+                visited |= dict.fromkeys(step.visited)
+                for rest in step.rests:
+                    key = tuple(rest.values())
+                    if key not in reached:
+                        reached[key] = None
+                        todo += [{**rest, **dict(each)} for each in self._rules.outside.changes(rest, ())]
             self._after_ends[start] = tuple(visited)
         return self._after_ends[start]

@@ -7,10 +7,12 @@ is never visited.
 
 from __future__ import annotations
 
+from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING
 
 from scbm.model import OperationState, Role, format_value
+from scbm.model.sources import free_groups
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE
 from scbm.proofcheck.certificate import Awaits, CertificateFlaw
 from scbm.proofcheck.checked_run import UncheckableStepError
@@ -80,7 +82,7 @@ def check_runs(
 ) -> Iterator[CertificateFlaw]:
     """Yield the flaws of the variables and goals, or else of the situations of each goal."""
     flaws = [*check_variables(argument.variables, model)]
-    if [runs.goal for runs in argument.runs] != [goal for goal, _ in model.goals]:
+    if not model.goals or [runs.goal for runs in argument.runs] != [goal for goal, _ in model.goals]:
         flaws.append(CertificateFlaw("the goals", "they are not those of the model, each once and in order"))
     yield from flaws
     if flaws:
@@ -107,49 +109,58 @@ def _wrong_steps(
     rests: dict[tuple[Value, ...], Values] = {}
     try:
         for state in initial_states(argument.variables, model):
-            rest = checks[0].interpreter.initial(state)
-            rests[tuple(rest.values())] = rest
+            yield from checks[0].wrong_start(state)
     except TooManyStepsError:
         yield CertificateFlaw("the initial states", "there are too many to check")
+        return
+    yield from _wrong_rests(checks, rests)
     for check in checks:
-        for rest in rests.values():
-            yield from check.wrong_beginnings(rest)
         yield from check.wrong_steps()
-    if checks and checks[0].interpreter.acts_at_rest:
-        yield from _wrong_rests(checks, rests)
+    yield from _wrong_rests(checks, rests)
 
 
-def _wrong_rests(checks: Sequence[_RunsCheck], rests: dict[tuple[Value, ...], Values]) -> Iterator[CertificateFlaw]:
-    """Yield the flaws of what follows while no goal is pursued: from initial states, and from all ends of runs."""
-    for rest in list(rests.values()):
-        yield from checks[0].wrong_at_rest(rest)
-    todo = [rest for check in checks for rest in check.new_rests(rests)]
+def _wrong_rests(checks: Sequence[_RunsCheck], known: dict[tuple[Value, ...], Values]) -> Iterator[CertificateFlaw]:
+    """Yield the flaws of what follows the new states in which the runner is at rest, and of what follows those."""
+    todo = deque(rest for check in checks for rest in check.new_rests(known))
     while todo:
-        rest = todo.pop()
+        rest = todo.popleft()
         yield from checks[0].wrong_at_rest(rest)
         for check in checks:
             yield from check.wrong_beginnings(rest)
-            todo += check.new_rests(rests)
+            todo += check.new_rests(known)
 
 
 def initial_states(variables: Sequence[str], model: BehaviorModel) -> Iterator[dict[str, Value]]:
     """Yield the initial states of runs, restricted to these variables and those of `initial_states`.
 
-    These are the allowed combinations of random values, and the nominal state unless `initial_states` forbids it.
+    These are the allowed combinations of random values, and the nominal state. In both, what changes freely from
+    outside has any of its values (semantics 7.2).
 
     Raises `TooManyStepsError`.
     """
     read = model.initial_states.reads()
-    random = {v.name: v.random for v in model.space if v.name in variables or v.name in read}
-    # What has one value only needs no choice, and what the predicate reads is chosen before the rest.
-    order = sorted(random, key=lambda name: (len(random[name]) > 1, name not in read))
-    choices = {name: random[name] for name in order}
-    nominal = {name: model.nominal_state[name] for name in random}
-    is_drawn = all(nominal[name] in choices[name] for name in order)
-    if not is_drawn and model.initial_states.holds(nominal):
-        yield nominal
-    for state in valuations(model.initial_states, choices, MAX_INITIAL_STATES):
-        yield {name: state[name] for name in random}
+    free = _free_values(model)
+    kept = [v for v in model.space if v.name in variables or v.name in read]
+    random = {v.name: free.get(v.name, v.random) for v in kept}
+    nominal = {v.name: free.get(v.name, (v.initial,)) for v in kept}
+    is_drawn = all(value in random[name] for name, values in nominal.items() for value in values)
+    for values in (random,) if is_drawn else (nominal, random):
+        # What has one value only needs no choice, and what the predicate reads is chosen before the rest.
+        order = sorted(values, key=lambda name: (len(values[name]) > 1, name not in read))
+        choices = {name: values[name] for name in order}
+        for state in valuations(model.initial_states, choices, MAX_INITIAL_STATES):
+            yield {name: state[name] for name in values}
+
+
+def _free_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
+    """Return the initial values of the variables that change freely from outside, nominal and random ones included."""
+    found: dict[str, dict[Value, None]] = {}
+    for group in free_groups(model):
+        for name, values in group.values:
+            variable = model.space[name]
+            known = found.setdefault(name, dict.fromkeys((variable.initial, *variable.random)))
+            known.update(dict.fromkeys(values))
+    return {name: tuple(values) for name, values in found.items()}
 
 
 class _RunsCheck:
@@ -190,6 +201,12 @@ class _RunsCheck:
             if ended is not None:
                 self._keep(ended)
                 yield from self._check_visited(ended.visited, f"{where}, the time limit passes")
+
+    def wrong_start(self, state: dict[str, Value]) -> Iterator[CertificateFlaw]:
+        """Yield the flaws of the step in which the runner starts in an initial state, and settles without a goal."""
+        step = self.interpreter.start(state)
+        self._keep(step)
+        yield from self._check_visited(step.visited, f"the start, from {self._rest_words(step.values)}")
 
     def wrong_beginnings(self, rest: Values) -> Iterator[CertificateFlaw]:
         """Yield the flaws of the step in which the goal is given to a runner at rest."""

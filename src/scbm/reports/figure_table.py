@@ -22,7 +22,7 @@ from scbm.cases.coverage import (
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping
 
-    from scbm.cases.coverage import Coverage, Figure, LiftedStatus
+    from scbm.cases.coverage import Coverage, Figure, LiftedStatus, ObligationStatus
     from scbm.model import BehaviorModel
     from scbm.testing import Excuse
 
@@ -50,12 +50,14 @@ STATUS_MARKS = {
     Decision.UNCOVERABLE: "\u00d7",
     Decision.EXCLUDED: "⊘",
     Decision.WAIVED: "~",
-    Decision.FORCED: "!",
     Decision.UNDECIDED: "○",
 }
 """One character for each status: reports do not rely on colours alone."""
 
-_STATUS_STYLES = {Decision.COVERED: "dim green", Decision.UNDECIDED: "red", Decision.FORCED: "yellow"}
+FORCED_MARK = "!"
+"""The mark beside that of the status, for an obligation that only forced states visit."""
+
+_STATUS_STYLES = {Decision.COVERED: "dim green", Decision.UNDECIDED: "red"}
 """The colours of marks; the others are dim."""
 
 _NAME_INDENT = len("  op: ")
@@ -175,7 +177,7 @@ def missed_table(
         yield from _folded_table(model, lifted, statuses or Statuses.of(coverage), columns)
         return
     known = (statuses or Statuses.of(coverage)).by_obligation
-    missed = {o: status.decision for o, status in known.items() if status.decision is not Decision.COVERED}
+    missed = {o: status for o, status in known.items() if status.marked is not Decision.COVERED}
     if not missed:
         return
     rows = [o.name for o in model.operations if any(Obligation(o.name, a) in missed for a in COLUMNS)]
@@ -186,7 +188,7 @@ def missed_table(
     title = Text(f"{'Missed (○)':<{width + _NAME_INDENT}}", style="bold")
     yield title.append("".join(f"{head:^{cell}}" for head in heads).rstrip() if rows else "")
     for name in rows:
-        yield from _marks(name, width, cell, missed)
+        yield from _marks(name, width, cell, known)
     lines = [
         Text(f"  at: {obligation.subject:<{width}}", no_wrap=True).append_text(_mark(missed[obligation], cell))
         for obligation in (Obligation(transition.name, Aspect.TAKEN) for transition in transitions)
@@ -200,9 +202,17 @@ def missed_table(
             line.rstrip()
             yield line
             yield from map(Text, wrapped(guard, columns, " " * _GUARD_INDENT, _GUARD_INDENT + 2))
-    others = [status for status in Decision if status in missed.values() and status is not Decision.UNDECIDED]
-    if others:
-        yield Text(f"  {'   '.join(f'{STATUS_MARKS[status]} {status.words}' for status in others)}", style="dim")
+    shown = [status for o, status in known.items() if o.subject in names]
+    yield from _legend(dict.fromkeys(each.decision for each in shown), any(each.is_forced for each in shown))
+
+
+def _legend(found: Collection[Decision], is_forced: bool) -> Iterator[Text]:  # noqa: FBT001 - whether the mark occurs
+    """Yield the meaning of the marks in the table."""
+    plain = (Decision.COVERED, Decision.UNDECIDED)
+    marks = [f"{STATUS_MARKS[status]} {status.words}" for status in Decision if status in found and status not in plain]
+    marks += [f"{FORCED_MARK} visited in forced states only"] if is_forced else []
+    if marks:
+        yield Text(f"  {'   '.join(marks)}", style="dim")
 
 
 def _folded_table(model: BehaviorModel, lifted: LiftedStatuses, statuses: Statuses, columns: int) -> Iterator[Text]:
@@ -234,11 +244,14 @@ def _folded_table(model: BehaviorModel, lifted: LiftedStatuses, statuses: Status
         guard = guards[entry.obligation.subject, entry.is_lifted]
         yield from map(Text, wrapped(f"waits for {guard}", columns, " " * _GUARD_INDENT, _GUARD_INDENT + 2))
     entries = [entry for cells in shown.values() for entry in cells.values()]
-    found = dict.fromkeys(first_missed(entry.decisions) for entry in entries)
-    others = [d for d in Decision if d in found and d not in (Decision.UNDECIDED, Decision.COVERED)]
     yield Text("  (n): n instances; ○n: n of them", style="dim")
-    if others:
-        yield Text(f"  {'   '.join(f'{STATUS_MARKS[status]} {status.words}' for status in others)}", style="dim")
+    found = dict.fromkeys(first_missed(entry.decisions) for entry in entries)
+    yield from _legend(found, any(_is_forced_entry(entry) for entry in entries))
+
+
+def _is_forced_entry(entry: LiftedStatus) -> bool:
+    """Return whether only forced states visit instances."""
+    return entry.is_visited and entry.decision is not Decision.COVERED
 
 
 def _folded_guards(model: BehaviorModel, missed: Collection[Obligation]) -> dict[tuple[str, bool], str]:
@@ -273,6 +286,7 @@ def _folded_row(name: str, width: int, cell: int, entries: Iterable[LiftedStatus
     for entry in entries:
         decision = first_missed(entry.decisions)
         count = str(entry.decisions.count(decision)) if entry.is_lifted and decision is not Decision.COVERED else ""
+        count += FORCED_MARK if _is_forced_entry(entry) else ""
         row.append(f"{STATUS_MARKS[decision] + count:^{cell}}", style=_STATUS_STYLES.get(decision, "dim"))
     row.rstrip()
     yield row
@@ -289,18 +303,20 @@ def _form(rows: list[str], names: list[str], columns: int) -> tuple[int, int, tu
     return max(columns - _NAME_INDENT - cell * len(COLUMNS), 0), cell, heads
 
 
-def _mark(status: Decision, cell: int) -> Text:
+def _mark(status: ObligationStatus, cell: int) -> Text:
     """Return the mark of a status in its cell of the table."""
-    return Text(f"{STATUS_MARKS[status]:^{cell}}", style=_STATUS_STYLES.get(status, "dim"))
+    decision = status.marked
+    mark = STATUS_MARKS[decision] + (FORCED_MARK if status.is_forced else "")
+    return Text(f"{mark:^{cell}}", style=_STATUS_STYLES.get(decision, "dim"))
 
 
-def _marks(name: str, width: int, cell: int, missed: Mapping[Obligation, Decision]) -> Iterator[Text]:
+def _marks(name: str, width: int, cell: int, known: Mapping[Obligation, ObligationStatus]) -> Iterator[Text]:
     """Yield the row of an operation; a name that is too long for the table has a line of its own."""
     row = Text(f"  op: {name:<{width}}", no_wrap=True)
     if len(name) > width:
         yield row
         row = Text(" " * (width + _NAME_INDENT), no_wrap=True)
     for aspect in COLUMNS:
-        row.append_text(_mark(missed.get(Obligation(name, aspect), Decision.COVERED), cell))
+        row.append_text(_mark(known[Obligation(name, aspect)], cell))
     row.rstrip()
     yield row

@@ -13,7 +13,7 @@ from scbm.reports.figure_table import counted, shown_path
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scbm.cases.coverage import Coverage, Statuses
+    from scbm.cases.coverage import Coverage, ObligationStatus, Statuses
     from scbm.model import BehaviorModel
 
 
@@ -37,29 +37,26 @@ class Missed:
     status: Decision = Decision.UNDECIDED
 
 
-def missed_reasons(
-    model: BehaviorModel, coverage: Coverage, file: str, statuses: Statuses | None = None
-) -> tuple[Missed, ...]:
+def missed_reasons(model: BehaviorModel, coverage: Coverage, file: str, statuses: Statuses) -> tuple[Missed, ...]:
     """Return all missed obligations in the order of the model; `queued` ones come last, as they are not in SCBM-IAS.
+
+    Those that are proved or waived are among them, though forced states may visit them.
 
     Args:
         model: the model.
         coverage: the visits of the cases.
         file: the model file, for the commands.
-        statuses: the statuses of the obligations; `None` if visits alone decide them.
+        statuses: the statuses of the obligations.
     """
-    visits = coverage.visits()
-    reasons = _MissedReasons(model, visits, coverage.count, has_few_cases(coverage))
-    known = {} if statuses is None else statuses.by_obligation
+    reasons = _MissedReasons(model, coverage.visits(), coverage.count, has_few_cases(coverage))
 
-    def missed(obligation: Obligation) -> Missed:
-        command = f"scbm explain {shown_path(file)} {quote(str(obligation))}"
-        status = known.get(obligation)
-        if status is None or status.decision is Decision.UNDECIDED:
-            return Missed(obligation, reasons.why(obligation), command)
-        return Missed(obligation, f"{status.decision.words}: {status.reason}", command, status.decision)
+    def missed(status: ObligationStatus) -> Missed:
+        command = f"scbm explain {shown_path(file)} {quote(str(status.obligation))}"
+        reason = reasons.why(status.obligation) if status.decision is Decision.UNDECIDED else status.words
+        return Missed(status.obligation, reason, command, status.decision)
 
-    return tuple(map(missed, (*coverage.missed(), *coverage.missed(Aspect.QUEUED))))
+    found = [status for status in statuses.entries if status.marked is not Decision.COVERED]
+    return tuple(missed(status) for status in sorted(found, key=lambda status: not status.obligation.counts))
 
 
 def has_few_cases(coverage: Coverage) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import status_counts_in_words
+from scbm.cases.coverage import forced_count_in_words, status_counts_in_words
 from scbm.reports.figure_table import DEFAULT_COLUMNS, counted, wrapped
 
 if TYPE_CHECKING:
@@ -78,6 +78,12 @@ def status_lines(statuses: Statuses, columns: int = DEFAULT_COLUMNS) -> Iterator
         )
     for sentence in status_warnings(statuses):
         yield from (Text(part, style="yellow") for part in wrapped(sentence, columns, "  ", 6))
+
+
+def forced_lines(statuses: Statuses) -> Iterator[Text]:
+    """Yield how many obligations only forced states visit; nothing if there are none."""
+    if statuses.forced:
+        yield Text(f"  Forced: {forced_count_in_words(statuses.forced)}")
 
 
 def status_warnings(statuses: Statuses) -> Iterator[str]:

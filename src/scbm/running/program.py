@@ -30,10 +30,11 @@ from scbm.model import (
     Truth,
     conjunction,
 )
-from scbm.model.sources import free_groups, outside_values
+from scbm.model.sources import changed_from_outside
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.running.lifecycle import LifecycleState, OperationPart
 from scbm.running.micro_steps import MicroSteps, PlanQueue
+from scbm.running.outside_changes import FreeMaker, OtherUser, OutsideChanges, TransitionMaker, free_makers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -177,10 +178,10 @@ class Program:
         triggers: the bits of all triggers.
         plan_states: for each value of `plan.state`, `(keep, bits)` that set it.
         aborted: `(mask, bits)` with `state & mask == bits` where `plan.state` is `aborted`.
-        free_groups: the variables that change freely at settled moments, in groups.
-        unasked: for each variable that is published, or that the environment changes, the values that it can get.
+        outside: what can change from outside at settled moments, and who makes it.
+        measurable: the variables that are measured, published, or changed by the environment.
         memoized_steps: the micro-steps of runs, as far as they do not depend on the goal.
-        measured: the same for the replies of each resource, in the order of the model.
+        measured: for each resource, in the order of the model, the values that its replies can carry.
     """
 
     def __init__(self, model: BehaviorModel) -> None:
@@ -202,8 +203,9 @@ class Program:
         self.triggers = sum(line.trigger for line in self.requests)
         self.plan_states = {s: self.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
         self.aborted = self.packing.cube(Equal(Reference(PLAN_STATE), Constant(PlanState.ABORTED.value)))
-        self.free_groups = free_groups(model)
-        self.unasked = {name: Domain(values) for name, values in outside_values(model).items()}
+        replied = [name for resource in model.resources for name in resource.measures]
+        self.measurable = tuple(dict.fromkeys((*changed_from_outside(model), *replied)))
+        self.outside = self._outside(free_makers(model, self.packing))
         self.measured = [
             {name: Domain(resource.sends(model.space[name])) for name in resource.measures}
             for resource in model.resources
@@ -219,7 +221,8 @@ class Program:
         """
         if not _have_equal_variables(self.model, mutant):
             program = Program(mutant)
-            program.free_groups, program.unasked = self.free_groups, self.unasked
+            program.measurable = self.measurable
+            program.outside = program._outside(free_makers(self.model, program.packing))
             return program
         program = copy(self)
         program._replace(mutant)
@@ -239,6 +242,7 @@ class Program:
         self.environment = tuple(environment.get(id(t)) or self._environment(t) for t in mutant.environment)
         self.requests = tuple(requests.get(id(r)) or self._request_line(n, r) for n, r in enumerate(mutant.resources))
         self.shared = tuple(line for line in self.requests if line.resource.shared)
+        self.outside = self._outside(self.outside.free)
         self._current = self._current | dict(self._lifecycle_states(changed.values()))
         self._micro_steps, self.memoized_steps, self._planner_reads = {}, {}, {}
         self._no_operations, self._queues = _no_queues()
@@ -362,6 +366,10 @@ class Program:
     def _environment(self, transition: EnvironmentTransition) -> CompiledStep:
         update = self.packing.update(transition.actions)
         return CompiledStep(transition.name, self.packing.test(transition.guard), update)
+
+    def _outside(self, free: Sequence[FreeMaker]) -> OutsideChanges:
+        """Return what changes freely, by environment transitions, and by other users of shared resources."""
+        return OutsideChanges([*free, *map(TransitionMaker, self.environment), *map(OtherUser, self.shared)])
 
     def _automatic(self, transition: Transition) -> CompiledStep:
         """Return an automatic transition; one that fails an operation needs that operation to be executing."""

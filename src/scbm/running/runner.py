@@ -16,6 +16,7 @@ from scbm.cases.trace import (
     BecameCurrent,
     End,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     OperationStepped,
@@ -29,6 +30,7 @@ from scbm.cases.trace import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
 )
 from scbm.model import PlanState
@@ -71,17 +73,25 @@ from scbm.running.micro_steps import (
 from scbm.running.requests import Requests
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Collection, Iterable, Mapping
 
     from scbm.cases import Injection
     from scbm.cases.trace import Changes
-    from scbm.model import Domain, Predicate, Value
+    from scbm.model import Predicate, Value
     from scbm.model.packing import Test
     from scbm.running.micro_steps import PlanQueue
+    from scbm.running.outside_changes import Maker
     from scbm.running.program import CompiledStep, Program, RequestLine
 
 
 _WELL = Condition()
+
+SENT = "sent"
+"""The trace calls a change so that a driver sends and no maker of the model can make."""
+
+
+def _nothing_pending(_: int) -> bool:
+    return False
 
 
 @dataclass(slots=True)
@@ -149,8 +159,8 @@ class Runner:
     Attributes:
         program: the compiled model.
         options: its limits.
-        changes_pending: whether the caller will report a change from outside if nothing but time passes. Then a run for
-            which no plan exists waits (semantics 5.6).
+        changes_pending: returns whether the caller will report a change from outside if nothing but time passes from a
+            settled packed state on. Then a run for which no plan exists waits (semantics 5.6).
     """
 
     def __init__(
@@ -166,7 +176,7 @@ class Runner:
         """
         self.program = program
         self.options = options or RunnerOptions()
-        self.changes_pending = False
+        self.changes_pending: Callable[[int], bool] = _nothing_pending
         self._now_ns = now_ns
         self._at_once = 0
         self._time_passes = False
@@ -179,7 +189,9 @@ class Runner:
         self._held: list[_Held] = []
         self._conditions: dict[str, list[Injection]] = {}
         self._asks = 0
+        self._has_started = False
         self._taken: list[tuple[str, int]] = []
+        self._cycle: tuple[str, ...] = ()
         self._rest()
 
     def _rest(self) -> None:
@@ -199,7 +211,7 @@ class Runner:
     # the public interface
 
     def handle(self, event: Event, now_ns: int) -> list[Effect]:
-        """Handle an event at time `now_ns`, and return its effects in order.
+        """Handle an event at time `now_ns`, and return its effects in order. Before the first event, settle at rest.
 
         Deadlines pass with `TimePassed` only. It is due when `deadline_ns` has come, after all other events of that
         moment. Raises `ValueError` if `now_ns` is earlier than the last event.
@@ -208,8 +220,10 @@ class Runner:
             raise ValueError(f"time runs backwards, from {self._now_ns} ns to {now_ns} ns")
         self._at_once = self._at_once + 1 if now_ns == self._now_ns else 0
         self._now_ns = now_ns
-        self._time_passes = isinstance(event, TimePassed)
         self._effects = []
+        if not self._has_started:
+            self._start()
+        self._time_passes = isinstance(event, TimePassed)
         if self._receive(event):
             self._settle()
         return self._effects
@@ -255,6 +269,12 @@ class Runner:
 
     # events
 
+    def _start(self) -> None:
+        """Settle without a goal: automatic transitions are taken, and nothing is sent (semantics 5)."""
+        self._has_started = True
+        self._effects.append(RunnerStarted(self._now_ns, tuple(self.state.items())))
+        self._settle()
+
     def _receive(self, event: Event) -> bool:
         """Apply an event; return whether micro-steps may follow."""
         match event:
@@ -266,9 +286,9 @@ class Runner:
                 self._waiting.append(event)
                 if self._goal is None:  # at once, so that all that follows from the goal belongs to its run
                     self._start_next_goal()
-            case Measured(values, by):
-                changes = self._set(self._with_measured(values, self.program.unasked))
-                self._effects.append(MeasurementReceived(self._now_ns, changes, by))
+                return not self._cycle
+            case Measured():
+                self._receive_measured(event)
             case InjectionGiven(injection):
                 return self._arm(injection)
             case TimePassed():
@@ -290,26 +310,72 @@ class Runner:
         if isinstance(line, str):
             self._effects.append(ReplyDropped(self._now_ns, reply.request, line))
             return
+        known = self.program.measured[line.number]
+        measured = self._accepted(reply.measured, known)
+        excluded = [(name, value) for name, value in measured if value not in known[name]]
+        if excluded and (forcing := self._set(self._with(excluded))):
+            self._effects.append(InjectionApplied(self._now_ns, SENT, None, forcing, forced=True))
         keep, bits = line.succeeded if reply.succeeded else line.failed
-        changes = self._set(self._with_measured(reply.measured, self.program.measured[line.number]) & keep | bits)
-        record = ReplyReceived(self._now_ns, reply.request, line.resource.name, reply.succeeded, changes)
-        self._effects.append(record)
+        changes = self._set(self._with(measured) & keep | bits)
+        name = line.resource.name
+        self._effects.append(ReplyReceived(self._now_ns, reply.request, name, reply.succeeded, changes, measured))
 
-    def _with_measured(self, values: Changes, known: Mapping[str, Domain]) -> int:
-        """Return the packed state with measured values; refuse and record values that cannot be measured.
+    def _receive_measured(self, event: Measured) -> None:
+        """Apply values that come without a request; if no maker of the model can send them, they force the state."""
+        measured = self._accepted(event.values, self.program.measurable)
+        target = self._with(measured)
+        forced = not self._can_change_to(target)
+        changes = self._set(target)
+        if forced:
+            self._effects.append(InjectionApplied(self._now_ns, event.by or SENT, None, changes, forced))
+        else:
+            self._effects.append(MeasurementReceived(self._now_ns, changes, event.by, measured))
 
-        Args:
-            values: what was measured.
-            known: for each variable that can be measured the values that it can get.
-        """
-        state = self._state
-        for name, value in values:
-            if name in known and value in known[name]:
-                keep, bits = self.program.packing.assignment({name: value})
-                state = state & keep | bits
-            else:
-                self._effects.append(MeasurementRefused(self._now_ns, name, value))
-        return state
+    def _accepted(self, values: Changes, names: Collection[str]) -> Changes:
+        """Return the values of these variables that are in their domains; refuse and record the others."""
+        space = self.program.packing.space
+        accepted = tuple((name, value) for name, value in values if name in names and value in space[name].domain)
+        refused = (pair for pair in values if pair not in accepted) if len(accepted) < len(values) else ()
+        self._effects.extend(MeasurementRefused(self._now_ns, name, value) for name, value in refused)
+        return accepted
+
+    def _with(self, values: Iterable[tuple[str, Value]]) -> int:
+        """Return the packed state with some other values."""
+        keep, bits = self.program.packing.assignment(dict(values))
+        return self._state & keep | bits
+
+    # changes from outside
+
+    @property
+    def in_flight(self) -> tuple[int, ...]:
+        """The resources with a request in flight, by number."""
+        return tuple([line.number for line in self._requests.in_flight])
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether no micro-step is left; without a goal automatic transitions may repeat without end."""
+        return self._is_settled_in(self._state)
+
+    def can_be_changed(self, values: Changes, by: str = "") -> bool:
+        """Return whether a maker outside the model can make a change now; `by`: this environment transition alone."""
+        if not by and self._with(values) == self._state:
+            return True
+        return self.is_settled and self.maker_of(values, by) is not None
+
+    def maker_of(self, values: Changes, by: str = "") -> Maker | None:
+        """Return who outside the model makes a change in the present state, if it is settled; `by` as above."""
+        return self.program.outside.maker_of(self._state, self._with(values), self.in_flight, by)
+
+    def _can_change_to(self, target: int) -> bool:
+        """Return whether something outside the model can change the present state to another one (semantics 9.10)."""
+        return self.program.outside.can_lead(self._state, target, self.in_flight, self._is_settled_in)
+
+    def _is_settled_in(self, state: int) -> bool:
+        """Return whether no micro-step is left in a packed state. A deadline may pass later in the same instant."""
+        step = self._steps.first(state, self._requests.in_flight, timer_passed=False)
+        if step is not RunTurn.FOLLOW_PLAN:
+            return step is None
+        return self._plan_step(state, may_change=True) in (PlanStep.AWAIT_ANSWER, PlanStep.AWAIT_CHANGE)
 
     def _receive_plan(self, answer: PlanAnswered) -> None:
         if answer.ask != self._asked:
@@ -331,19 +397,27 @@ class Runner:
 
     def _may_still_change(self) -> bool:
         """Return whether a change is pending that needs nothing but time (semantics 5.6)."""
-        if self._requests.in_flight or self._held or self.options.awaits_measurements or self.changes_pending:
+        if self._requests.in_flight or self._held or self.options.awaits_measurements:
+            return True
+        if self.changes_pending(self._state):
             return True
         return any(armed.acts_later(self._now_ns, self._state) for armed in self._armed)
 
-    def _is_unsolvable(self) -> bool:
-        """Return whether no plan exists, as the planner has answered for a state that is the same to it."""
+    def _plan_step(self, state: int, *, may_change: bool) -> PlanStep:
+        """Return what the run does in a packed state while no operation is current and its goal does not hold."""
         unsolvable_in = self._unsolvable_in
-        return unsolvable_in is not None and not (unsolvable_in ^ self._state) & self._planner_reads
+        return next_in_plan(
+            is_queued=self._queue.first is not None,
+            is_asking=self._asked is not None,
+            # as the planner has answered for a state that is the same to it
+            is_unsolvable=unsolvable_in is not None and not (unsolvable_in ^ state) & self._planner_reads,
+            may_change=may_change,
+        )
 
     # settling
 
     def _settle(self) -> None:
-        self._taken = []
+        self._taken, self._cycle = [], ()
         is_simple = not (self._armed or self._held or self._time_passes or self._requests.in_flight)
         if not (is_simple and self._take_macro_step()):
             self._take_micro_steps()
@@ -432,6 +506,7 @@ class Runner:
             if self._goal is not None:
                 self._end(End.LIVELOCK, name_cycle(self._taken))
                 return True
+            self._livelock_at_rest()
             step = None
         return self._start_next_goal() if step is None and self._goal is None else self._follow(step)
 
@@ -480,27 +555,31 @@ class Runner:
         if armed.step.fails_operation:
             operation, after = self.program.fail_current(after)
             failed, self._timer_ns = operation.name, None
+        forced = not self._can_change_to(after)
         changes = self._set(after)
-        if names:
-            self._effects.append(InjectionApplied(self._now_ns, injection.name, failed, changes))
+        if changes:
+            self._effects.append(InjectionApplied(self._now_ns, injection.name, failed, changes, forced))
         if injection.resource is not None:
+            before_it = self._condition_of(injection.resource)
             self._conditions.setdefault(injection.resource, []).append(injection)
-            self._change_resource(injection, injection.resource)
+            self._change_resource(injection, injection.resource, before_it)
         if injection.hold_ns is not None:
             packing = self.program.packing
             # States of operations and plans are never put back: the runner continues from the injected ones.
             was = {name: packing.value(before, name) for name in names if not packing.space[name].role.is_runner}
             self._held.append(_Held(injection, self._now_ns + injection.hold_ns, was, armed.occupies))
 
-    def _change_resource(self, injection: Injection, resource: str) -> None:
-        """Record the condition of a resource after an injection, and report it to the caller.
+    def _condition_of(self, resource: str) -> Condition:
+        """Return the condition of a resource: of the injections that are in force, the last one decides."""
+        in_force = self._conditions.get(resource, ())
+        return (in_force[-1].condition if in_force else None) or _WELL
 
-        Of the injections that are in force, the last one decides.
-        """
-        in_force = self._conditions[resource]
-        condition = (in_force[-1].condition if in_force else None) or _WELL
-        self._effects.append(ResourceChanged(self._now_ns, injection.name, resource, str(condition)))
-        self._effects.append(ChangeResource(resource, condition))
+    def _change_resource(self, injection: Injection, resource: str, before: Condition) -> None:
+        """Record the condition of a resource after an injection if it has changed, and report it to the caller."""
+        condition = self._condition_of(resource)
+        if condition != before:
+            self._effects.append(ResourceChanged(self._now_ns, injection.name, resource, str(condition)))
+            self._effects.append(ChangeResource(resource, condition))
 
     def _put_back(self) -> bool:
         for index, held in enumerate(self._held):
@@ -515,13 +594,14 @@ class Runner:
         injection, packing = held.injection, self.program.packing
         if injection.assign or held.occupies is not None:
             keep, bits = packing.assignment(held.before)
-            self._effects.append(PutBack(self._now_ns, injection.name, self._set(self._state & keep | bits)))
+            target = self._state & keep | bits
+            forced = not self._can_change_to(target)
+            self._effects.append(PutBack(self._now_ns, injection.name, self._set(target), forced))
         if injection.resource is not None:
+            before = self._condition_of(injection.resource)
             in_force = self._conditions[injection.resource]
-            decided = in_force[-1] is injection
             in_force[:] = [other for other in in_force if other is not injection]
-            if decided:
-                self._change_resource(injection, injection.resource)
+            self._change_resource(injection, injection.resource, before)
 
     # other users of shared resources
 
@@ -548,6 +628,12 @@ class Runner:
         return self._state & keep | bits == self._state and line not in self._requests.in_flight
 
     # 5.1: automatic transitions
+
+    def _livelock_at_rest(self) -> None:
+        """Record, once in a settling, that automatic transitions repeat without a goal: no goal can begin then."""
+        if not self._cycle:
+            self._cycle = name_cycle(self._taken)
+            self._effects.append(LivelockedAtRest(self._now_ns, self._cycle))
 
     def _take_automatic(self, move: AutomaticMove) -> None:
         transition, failed, after = move
@@ -588,8 +674,11 @@ class Runner:
         if not self._waiting:
             return False
         goal = self._waiting[0]
+        if self._cycle:
+            self._give_up_goal(End.LIVELOCK, self._cycle)
+            return True
         if goal.when is not None and not self.program.test(goal.when)(self._state):
-            return self._give_up_unless_pending(goal, goal.when)
+            return self._give_up_unless_pending(goal.when)
         self._goal = self._waiting.popleft()
         self._wait_deadline_ns = None
         self._taken = []
@@ -601,7 +690,7 @@ class Runner:
         self._effects.append(RunStarted(self._now_ns, goal.name, str(goal.predicate), before, changes))
         return True
 
-    def _give_up_unless_pending(self, goal: GoalGiven, when: Predicate) -> bool:
+    def _give_up_unless_pending(self, when: Predicate) -> bool:
         """Wait for the predicate of a goal while a change is pending, at most for the time limit (semantics 5.7).
 
         Return whether the goal is given up.
@@ -610,19 +699,19 @@ class Runner:
             self._wait_deadline_ns = self._now_ns + self.options.time_limit_ns
         if self._may_still_change() and not self._has_passed(self._wait_deadline_ns):
             return False
-        self._waiting.popleft()
-        self._wait_deadline_ns = None
-        self._effects.append(RunEnded(self._now_ns, goal.name, End.NOT_STARTED.value, (str(when),), ()))
-        self._effects.append(RunFinished(goal.name, End.NOT_STARTED))
+        self._give_up_goal(End.NOT_STARTED, (str(when),))
         return True
 
+    def _give_up_goal(self, end: End, detail: tuple[str, ...]) -> None:
+        """End the next goal before its run has begun."""
+        goal = self._waiting.popleft().name
+        self._wait_deadline_ns = None
+        self._effects.append(RunEnded(self._now_ns, goal, end.value, detail, ()))
+        self._effects.append(RunFinished(goal, end))
+
     def _follow_plan(self) -> bool:
-        following = next_in_plan(
-            is_queued=self._queue.first is not None,
-            is_asking=self._asked is not None,
-            is_unsolvable=self._is_unsolvable(),
-            may_change=self._unsolvable_in is not None and self._may_still_change(),
-        )
+        may_change = self._unsolvable_in is not None and self._may_still_change()
+        following = self._plan_step(self._state, may_change=may_change)
         match following:
             case PlanStep.TAKE_NEXT:
                 self._make_current(self._queue)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Network
 from scbm.files import Scope, digest_of, parse_requirement, read_case, read_network, write_case, write_network
-from scbm.model import InputError, PlannerIdentity, Requirement, stable_durations
+from scbm.model import InputError, PlannerIdentity, Requirement
 from scbm.planning import DEFAULT_PLANNER, DRAWN_SHORTEST, PLANNERS, model_planned_by
 from scbm.store.history import Drawn, Written, unpacked_log
 from scbm.testing import RandomCases, Tester
@@ -29,7 +29,6 @@ DRAWN = "drawn"
 """The word of a recipe for a network that is drawn anew for each case."""
 
 
-@stable_durations()
 def written_recipe(
     case: Case,
     model: BehaviorModel,
@@ -52,12 +51,10 @@ def written_recipe(
     return Written(write_case(case, model, None), path, _sentences(added), limit_ns, real)
 
 
-@stable_durations()
 def _sentences(requirements: Iterable[Requirement]) -> tuple[tuple[str, str], ...]:
     return tuple((requirement.name, str(requirement.sentence)) for requirement in requirements)
 
 
-@stable_durations()
 def network_words(network: Network | None) -> str:
     """Return the words of a recipe for the network of random cases; `None` is a network drawn for each case."""
     return DRAWN if network is None else write_network(network)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 9
+TABLES_VERSION = 10
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 

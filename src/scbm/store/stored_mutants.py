@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from scbm import __version__
 from scbm.files import read_case, write_case, write_model
-from scbm.model import stable_durations
 from scbm.model.json_reader import convert_json, read_json
 from scbm.testing.mutants import (
     NO_MUTANTS,
@@ -153,7 +152,6 @@ class StoredMutation:
         return len(self.results) == self.suite.mutants
 
 
-@stable_durations()
 def basis_of(model: BehaviorModel) -> str:
     """Return what identifies a model for mutants: all but its bindings, its waivers, comments and layout."""
     resources = tuple(replace(resource, binding=None) for resource in model.resources)

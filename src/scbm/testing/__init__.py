@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from scbm.testing.batches.campaign_work import CampaignWork
     from scbm.testing.batches.worker_processes import WorkerProcesses
     from scbm.testing.campaign import FORMAT_VERSION, Campaign, CaseResult, campaign_json, coverage_json
-    from scbm.testing.case_sizes import Choice, Size
     from scbm.testing.cases_over_nodes import Answers
     from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
     from scbm.testing.random_cases import RandomCases, draw_network
     from scbm.testing.random_streams import reaction_stream
     from scbm.testing.requirement_monitors import Violation, find_violations
-    from scbm.testing.shrinking import Shrinker, Shrunk
+    from scbm.testing.shrinking.case_sizes import Choice, Size
+    from scbm.testing.shrinking.shrinker import Shrinker, Shrunk
     from scbm.testing.tester import Execution, Tester
     from scbm.testing.verdicts import Excuse, ExcuseRules, Failure, FailureKind, Outcomes, Verdict, judge
     from scbm.testing.written_cases import WrittenCase, case_texts, find_case_files, load_suite
@@ -68,13 +68,13 @@ __getattr__ = lazy_exports(
         "batches.campaign_work": "CampaignWork",
         "batches.worker_processes": "WorkerProcesses",
         "campaign": "FORMAT_VERSION Campaign CaseResult campaign_json coverage_json",
-        "case_sizes": "Choice Size",
+        "shrinking.case_sizes": "Choice Size",
         "cases_over_nodes": "Answers",
         "findings": "MAX_SHRUNK Finding find_causes",
         "random_cases": "RandomCases draw_network",
         "random_streams": "reaction_stream",
         "requirement_monitors": "Violation find_violations",
-        "shrinking": "Shrinker Shrunk",
+        "shrinking.shrinker": "Shrinker Shrunk",
         "tester": "Execution Tester",
         "verdicts": "Excuse ExcuseRules Failure FailureKind Outcomes Verdict judge",
         "written_cases": "WrittenCase case_texts find_case_files load_suite",

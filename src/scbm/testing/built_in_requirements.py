@@ -186,11 +186,11 @@ class ReadyAgain(BuiltInRequirement):
 
 
 class Recovers(BuiltInRequirement):
-    """A run with one failed or missing reply, and nothing else wrong, reaches its goal."""
+    """A run with one request at fault, and nothing else wrong, reaches its goal."""
 
     name = BuiltIn.RECOVERS
     violated = (
-        "one reply of the run failed or was missing, nothing else went wrong, and the goal is missed without the "
+        "one request of the run is at fault (7.4), nothing else went wrong, and the goal is missed without the "
         "excuses 2 and 3 of 7.4"
     )
     is_explained_by_others = True

@@ -13,7 +13,6 @@ from scbm.cases.coverage import (
     STATE_ASPECTS,
     Aspect,
     Coverage,
-    Decision,
     LiftedStatuses,
     Obligations,
     Statuses,
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from scbm.testing.batches.campaign_work import CaseSource
     from scbm.testing.cases_over_nodes import Answers
     from scbm.testing.findings import Finding
-    from scbm.testing.shrinking import Shrunk
+    from scbm.testing.shrinking.shrinker import Shrunk
     from scbm.testing.verdicts import Verdict
 
 
@@ -149,8 +148,7 @@ class Campaign:
         return Coverage(obligations, named, unnamed)
 
 
-FORMAT_VERSION = 3
-"""Version 1 listed every case; version 2 lists only the notable ones of very many; version 3 has `statuses`."""
+FORMAT_VERSION = 4
 
 
 def campaign_json(
@@ -280,17 +278,22 @@ def lifted_json(lifted: LiftedStatuses | None) -> dict[str, Any]:
 
 
 def statuses_json(statuses: Statuses) -> dict[str, Any]:
-    """Return the statuses of obligations: `obligations` has those that are neither covered nor undecided."""
-    special = [e for e in statuses.entries if e.decision not in (Decision.COVERED, Decision.UNDECIDED)]
+    """Return the statuses of obligations.
+
+    `obligations` has those that are neither covered nor undecided, and those that only forced states visit.
+    """
+    special = [entry for entry in statuses.entries if not entry.is_plain]
     figure = statuses.coverable
     return {
         "coverable": _figure(figure) | {"percent": figure.percent},
+        "forced": statuses.forced,
         "counts": {status.value: count for status, count in statuses.counts.items()},
         "obligations": [
             {
                 "name": str(entry.obligation),
                 "status": entry.decision.value,
                 "reason": entry.reason,
+                "is_forced": entry.is_forced,
                 "certificate": entry.certificate,
             }
             for entry in special

@@ -6,11 +6,11 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.testing.shrinking import Shrinker, UnshrinkableError
+from scbm.testing.shrinking.shrinker import Shrinker, UnshrinkableError
 
 if TYPE_CHECKING:
     from scbm.testing.campaign import Campaign
-    from scbm.testing.shrinking import Shrunk
+    from scbm.testing.shrinking.shrinker import Shrunk
     from scbm.testing.tester import Tester
     from scbm.testing.verdicts import Failure
 

@@ -21,6 +21,7 @@ from scbm.cases.trace import (
     RequestCancelled,
     RequestSent,
     RunEnded,
+    RunnerStarted,
     RunStarted,
 )
 from scbm.model import PlanState
@@ -86,6 +87,7 @@ _RECORD_USES: dict[type, _RecordUse] = {
     InjectionApplied: _RecordUse.OTHER,
     RequestSent: _RecordUse.OTHER,
     RequestCancelled: _RecordUse.OTHER,
+    RunnerStarted: _RecordUse.OTHER,
     RunStarted: _RecordUse.OTHER,
     RunEnded: _RecordUse.OTHER,
 }
@@ -125,9 +127,10 @@ class _RequestWatch:
     def handle(self, index: int, record: Record) -> None:
         """Handle a record that is more than a change of requests."""
         match record:
-            case RunStarted():
+            case RunnerStarted():
                 state = dict(record.state)
                 self.busy = {name: state[name] for name, value in self._at_rest.items() if state[name] != value}
+            case RunStarted():
                 self._is_running, self._is_aborted = True, False
             case RunEnded():
                 moment = self._moment(index, record) if self._cancelled is None else self._cancelled

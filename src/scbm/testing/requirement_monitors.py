@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.cases.trace import Record, RunStarted, state_after
+from scbm.cases.trace import Record, RunnerStarted, state_after
 from scbm.model import format_moment, format_value
 from scbm.model.requirements import ObservedState
 from scbm.model.variables import CURRENT_NAME, NO_OPERATION
@@ -73,18 +73,15 @@ class WatchedRun:
         self.state: dict[str, Value] = {}
 
     def __iter__(self) -> Iterator[ObservedState]:
-        """Yield the state in which the run starts, and each state in which a variable that is read has changed."""
+        """Yield the state in which the runner starts, and each state in which a variable that is read has changed."""
         state, reads = self.state, self._reads
         for index, record in enumerate(self._records):
             changes = record.changes
-            if not changes and not isinstance(record, RunStarted):
-                continue  # most records of a long run
-            if isinstance(record, RunStarted):
+            if isinstance(record, RunnerStarted):
                 state.update(record.state)
-                self.record = index
                 yield ObservedState(record.at_ns, index, state)
-            elif not state:
-                continue  # before the run starts
+            if not changes:
+                continue  # most records of a long run
             state.update(changes)
             for name, _ in changes:
                 if name in reads:
@@ -96,7 +93,7 @@ class WatchedRun:
 
 def find_violations(requirements: Sequence[Requirement], records: Sequence[Record]) -> tuple[Violation, ...]:
     """Return the first violation of each requirement in a trace, in the order of the requirements."""
-    if not any(isinstance(record, RunStarted) for record in records):
+    if not records:  # of a run that was lost
         return ()
     found = (_first_violation(requirement, records) for requirement in requirements)
     return tuple(violation for violation in found if violation is not None)

@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING
 from scbm.cases import RecordedPlan, RecordedRun
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import (
+    InjectionApplied,
     PlanReceived,
+    PutBack,
     ResourceChanged,
     Trace,
     connection_sentence,
     ranges_of_goals,
     sentence_of,
 )
-from scbm.model import PlanSet
+from scbm.model import InitialStates, PlanSet
 from scbm.planning import (
     PLANNERS,
     DrawnPlans,
@@ -26,7 +28,6 @@ from scbm.planning import (
     ShortestPlans,
     planner_of_random_runs,
 )
-from scbm.running.forced_states import first_forced
 from scbm.running.simulation import (
     Choices,
     DrawnMoves,
@@ -41,7 +42,7 @@ from scbm.testing.campaign import CaseResult
 from scbm.testing.random_streams import draw_plans, environment_stream, message_stream, reaction_stream
 from scbm.testing.recorded_results import RecordCheck, check_record, goals_to_record
 from scbm.testing.requirement_monitors import find_violations
-from scbm.testing.verdicts import ExcuseRules, Outcomes, Verdict, find_unused, judge, lost
+from scbm.testing.verdicts import ExcuseRules, Outcomes, Verdict, find_unused, impossible, judge, lost
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -76,6 +77,8 @@ class Execution:
         forced_by: the index in the trace of the record from which on the state is forced; `None` if it never is.
         moves: what the environment changed; `None` if nothing decided about it.
         model: the model; `None` if its result is not to be recorded.
+        notes: what a reader of the run should know, one sentence each: changes at other times than rates allow, and on
+            a mutant the changes that were left out.
     """
 
     case: Case
@@ -91,6 +94,7 @@ class Execution:
     forced_by: int | None = None
     moves: tuple[EnvironmentChange, ...] | None = None
     model: BehaviorModel | None = field(default=None, compare=False, repr=False)
+    notes: tuple[str, ...] = ()
 
     @property
     def result(self) -> CaseResult:
@@ -202,6 +206,7 @@ class Tester:
         """
         self.model = model
         self.obligations = Obligations.of(model)
+        self._initial = InitialStates(model)
         self._simulator = Simulator(model, options, plan_limits, plans)
         self._plain = PlainReactions()
         self._excuses = ExcuseRules.of(model)
@@ -213,7 +218,7 @@ class Tester:
         For `plans_alike` see `Simulator.of_mutant`.
         """
         tester = copy(self)
-        tester.model = mutant
+        tester.model, tester._initial = mutant, InitialStates(mutant)  # noqa: SLF001 - of a copy
         tester._simulator = self._simulator.of_mutant(mutant, plans_alike=plans_alike)  # noqa: SLF001 - of a copy
         tester._built_ins = BuiltInJudge(mutant, self._excuses)  # noqa: SLF001 - as above; a rule about its requests
         vars(tester).pop("_shortest", None)  # a cached property about the planner
@@ -268,12 +273,18 @@ class Tester:
             log: of a real run what happened to the runner.
             planner: what made the plans of the run, if neither the log nor the model names it.
         """
+        if run.impossible is not None:
+            trace = Trace(self.model.name, case.name, run.records)
+            verdict = impossible(run.impossible)
+            return Execution(
+                case, tuple(reactions), trace, verdict, run.ended_ns, (), 0, moves=run.moves, model=self.model
+            )
         violations = find_violations((*self.model.requirements, *case.requirements), run.records)
         visited = visited_by(run.records, self.obligations)
         names = self.obligations.names(visited) if case.expect.visits else ()
         by_goal = self._visited_by_goal(run.records) if case.later else ()
         real = log.real if log else ()
-        forced_by = self._forced_by(case, run.records)
+        forced_by = self._forced_by(case, log, run.records)
         outcomes = Outcomes(run.end, run.records, reactions, violations, names, real, by_goal)
         violations += self._built_ins.find_violations(case, outcomes, forced_by)
         outcomes = replace(outcomes, violations=violations)
@@ -298,12 +309,17 @@ class Tester:
             forced_by,
             run.moves,
             self.model,
+            (*run.off_rates, *(f"{change}; it is left out" for change in run.left_out)),
         )
 
-    def _forced_by(self, case: Case, records: Sequence[Record]) -> int | None:
-        if not any(injection.assign for injection in case.injections):
+    def _forced_by(self, case: Case, log: EventLog | None, records: Sequence[Record]) -> int | None:
+        """Return the index of the record from which on the state is forced: 0 if no run begins in the initial state."""
+        if not self._initial.can_begin(case.initial):
+            return 0
+        if log is None and not case.injections:
             return None
-        return first_forced(self._simulator.program, case.initial, [goal.predicate for goal in case.goals], records)
+        forcing = (i for i, r in enumerate(records) if isinstance(r, (InjectionApplied, PutBack)) and r.forced)
+        return next(forcing, None)
 
     def _visited_by_goal(self, records: Sequence[Record]) -> tuple[Sequence[str], ...]:
         """Return the names of the obligations that the run for each goal visited."""
@@ -364,7 +380,7 @@ class Tester:
     def _moves_of(self, case: Case) -> EnvironmentMoves | None:
         """Return what decides about the environment: the case, or rates; `None` where nothing can change."""
         if case.environment is not None:
-            return RecordedMoves(case.environment)
+            return RecordedMoves(self._simulator.program, case.environment)
         if case.origin is None or not (self.model.environment or case.origin.moves_inputs):
             return None
         moves_inputs = case.origin.moves_inputs

@@ -14,6 +14,7 @@ from scbm.cases.trace import (
     BecameCurrent,
     End,
     InjectionApplied,
+    LivelockedAtRest,
     OperationStepped,
     PlanReceived,
     ReplyReceived,
@@ -26,11 +27,12 @@ from scbm.cases.trace import (
     run_end,
     state_after,
 )
-from scbm.model import GoalOrder, OperationState, Outcome, format_duration, format_moment, format_value
+from scbm.model import GoalOrder, OperationState, format_duration, format_moment, format_value
 from scbm.model.requirements import BuiltIn
 from scbm.model.sources import inputs, published_by
 from scbm.running import describe_cycle
-from scbm.testing.withheld_changes import WAITING_ENDS, OutsideHelp, WithheldChanges
+from scbm.testing.request_faults import requests_at_fault
+from scbm.testing.waiting_runs import WAITING_ENDS, OutsideHelp, WaitingRuns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, CaseGoal, Expectations, Reaction
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.running.simulation.impossible_changes import ImpossibleChange
     from scbm.testing.requirement_monitors import Violation
 
 
@@ -136,6 +139,7 @@ class FailureKind(StrEnum):
     LIVELOCK = "livelock"
     MODEL_ERROR = "model_error"
     NOT_REACHED = "not_reached"
+    IMPOSSIBLE = "impossible_change"
     LOST = "lost"
 
 
@@ -207,7 +211,7 @@ class ExcuseRules:
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
         recovers: whether a single failed or missing reply excuses nothing (semantics 7.12).
         model: the model, which says what runs there are; `None` if any fault excuses only its own goal.
-        withheld: what changes from outside could do for a run that waits; `None` if nothing changes from outside.
+        waiting: what changes from outside could do for a run that waits; `None` if nothing changes from outside.
     """
 
     inputs: tuple[tuple[str, Value], ...] = ()
@@ -215,7 +219,7 @@ class ExcuseRules:
     goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
     recovers: bool = False
     model: BehaviorModel | None = None
-    withheld: WithheldChanges | None = field(default=None, compare=False)
+    waiting: WaitingRuns | None = field(default=None, compare=False)
 
     @staticmethod
     def of(model: BehaviorModel) -> ExcuseRules:
@@ -223,7 +227,7 @@ class ExcuseRules:
         published = (name for resource in model.resources for name in published_by(resource, model))
         nominal = tuple((name, model.nominal_state[name]) for name in dict.fromkeys((*inputs(model), *published)))
         recovers = BuiltIn.RECOVERS.value not in dict(model.requirements_off)
-        return ExcuseRules(nominal, model.may_end, model.goals_may_end, recovers, model, WithheldChanges(model))
+        return ExcuseRules(nominal, model.may_end, model.goals_may_end, recovers, model, WaitingRuns(model))
 
     def may_end_of(self, goal: CaseGoal) -> tuple[str, ...]:
         """Return all ends that excuse missing a goal of a case."""
@@ -240,9 +244,9 @@ class ExcuseRules:
             in_flight: the resources with a request in flight.
             goal: the goal.
         """
-        if self.withheld is None or end not in WAITING_ENDS:
+        if self.waiting is None or end not in WAITING_ENDS:
             return OutsideHelp.NONE
-        return self.withheld.help_for(state, in_flight, goal)
+        return self.waiting.help_for(state, in_flight, goal)
 
 
 _NO_RULES = ExcuseRules()
@@ -308,6 +312,15 @@ def lost(why: str) -> Verdict:
     return Verdict(End.LOST, (Failure(FailureKind.LOST, End.LOST.value, f"the run was not finished: {why}"),))
 
 
+def impossible(change: ImpossibleChange) -> Verdict:
+    """Return the verdict on a case that lists a change which no maker could make: it is no run."""
+    subject = change.by or ", ".join(name for name, _ in change.changes)
+    return Verdict(End.IMPOSSIBLE, (Failure(FailureKind.IMPOSSIBLE, subject, f"{change}; {_REMEDY}"),))
+
+
+_REMEDY = "list what leads there as changes of their own, or make it an injection, which forces the state"
+
+
 def judge(case: Case, run: Outcomes, rules: ExcuseRules = _NO_RULES) -> Verdict:
     """Return the verdict on a run, from the ends of its goals, its violations, and the faults that were caused.
 
@@ -328,8 +341,18 @@ def judge(case: Case, run: Outcomes, rules: ExcuseRules = _NO_RULES) -> Verdict:
         if excuse is not None:
             excuses.append(excuse)
         elif not each.must_recover(case, rules):  # that is a violation of `recovers`
-            failures.append(each.failure())
+            failures.append(each.failure(case, rules))
+    if all(failure.kind is not FailureKind.LIVELOCK for failure in failures):
+        failures += _livelocks_at_rest(run.records)
     return Verdict(run.end, tuple(failures), tuple(excuses))
+
+
+def _livelocks_at_rest(records: Sequence[Record]) -> Iterator[Failure]:
+    """Yield the failure of a run whose automatic transitions repeat while no goal is pursued."""
+    found = next((record for record in records if isinstance(record, LivelockedAtRest)), None)
+    if found is not None:
+        message = f"while no goal is pursued, {describe_cycle(found.detail)}"
+        yield Failure(FailureKind.LIVELOCK, End.LIVELOCK.value, message)
 
 
 def kind_of(violation: Violation) -> FailureKind:
@@ -388,7 +411,7 @@ class GoalRun:
 
         Where each run has one goal, nothing is promised for a goal after the one in whose run the fault was.
         """
-        if not rules.recovers or self.end in (*_NEVER_EXCUSED, End.NOT_STARTED):
+        if not rules.recovers or self.end in (*_NEVER_EXCUSED, End.NOT_STARTED) or self._is_failed_by_real(case):
             return False
         is_cut_off = (self.end is End.TIME_LIMIT and case.limits.time_ns is not None) or (
             self.end is End.REPLAN_LIMIT and case.limits.plans is not None
@@ -407,24 +430,41 @@ class GoalRun:
         return found is not OutsideHelp.NONE
 
     def only_fault(self, case: Case) -> int | None:
-        """Return the index of the only reaction that is a fault; `None` if there are others, or it was not caused."""
+        """Return the index of the only request that went wrong, if it is at fault; `None` if there are others, or none.
+
+        Real resources do not count, since no tester caused their faults.
+        """
         if _acts_beside_requests(case, self.run):
             return None
-        faulty = [index for index, reaction in enumerate(self.run.reactions) if _is_faulty(reaction)]
-        if len(faulty) != 1:
+        faulty = [i for i in self._at_fault(case) if self.run.reactions[i].resource not in self.run.real]
+        wrong = dict.fromkeys((*faulty, *_with_disturbed_messages(self.run)))
+        if len(wrong) != 1 or not faulty:
             return None
         reaction = self.run.reactions[faulty[0]]
         is_other = any(d is not None and len(d) > 1 for d in (reaction.request, reaction.reply)) or (
             reaction.cancel is not None and len(reaction.cancel) != 1
         )
-        return None if is_other or reaction.resource in self.run.real else faulty[0]
+        return None if is_other else faulty[0]
+
+    def _at_fault(self, case: Case) -> tuple[int, ...]:
+        """Return the requests up to the end of this run that are at fault, by position."""
+        return requests_at_fault(case, self.run.records, self.run.reactions, self.run.real)
+
+    def _is_failed_by_real(self, case: Case) -> bool:
+        """Return whether the last request of this run to some real resource is at fault."""
+        if not self.run.real:
+            return False
+        sent = [record for record in self.records if isinstance(record, RequestSent)]
+        last = {record.resource: record.request - 1 for record in sent if record.resource in self.run.real}
+        faulty = self._at_fault(case)
+        return any(position in faulty for position in last.values())
 
     def excuse(self, case: Case, rules: ExcuseRules) -> Excuse | None:
         """Return why missing the goal does not fail the case; `None` if it does."""
         if self.end in _NEVER_EXCUSED:
             return None
         is_begun = self.end is not End.NOT_STARTED  # else the case has tested nothing, whatever went wrong
-        if is_begun and _disturbed(case, self.run):
+        if is_begun and self._is_disturbed(case) and not self._is_failed_by_real(case):
             if not self._is_judged(case, rules):
                 return Excuse.FAULT
             if self._waits_for_change(rules):
@@ -442,7 +482,13 @@ class GoalRun:
         state = state_after(records[: ended + 1])
         return any(state.get(name, nominal) != nominal for name, nominal in rules.inputs)
 
-    def failure(self) -> Failure:
+    def _is_disturbed(self, case: Case) -> bool:
+        """Return whether a fault was caused before the run ended (semantics 7.4)."""
+        if _acts_beside_requests(case, self.run) or any(True for _ in _with_disturbed_messages(self.run)):
+            return True
+        return any(self.run.reactions[i].resource not in self.run.real for i in self._at_fault(case))
+
+    def failure(self, case: Case, rules: ExcuseRules) -> Failure:
         """Return the failure of a case that missed this goal without an excuse."""
         if self.end in _NEVER_EXCUSED:
             described = _described(self.end, self.records)
@@ -452,8 +498,19 @@ class GoalRun:
             message = f"{self.words} did not begin: {self.goal.when} never held after the run before had ended"
         else:
             ended = self.end.replace("_", " ")
-            message = f"{self.words} was not reached ({ended}), and no fault was injected{_but_for_real(self.run)}"
+            what = f"{self.words} was not reached ({ended}), and no fault was injected{_but_for_real(case, self.run)}"
+            message = f"{what}{self._not_acted(case, rules)}"
         return Failure(FailureKind.NOT_REACHED, self.end.value, message)
+
+    def _not_acted(self, case: Case, rules: ExcuseRules) -> str:
+        """Return that nothing acts from outside in a case without an environment, if a wait could have ended so."""
+        if case.environment is not None or case.origin is not None or self.end not in WAITING_ENDS:
+            return ""
+        model, state = rules.model, state_after(self.records)
+        able = [each.name for each in (() if model is None else model.environment) if each.guard.holds(state)]
+        if not able:
+            return ""
+        return f"; nothing acts from outside in this case, and {' or '.join(able)} could: list it under `environment`"
 
 
 _NEVER_EXCUSED = (End.LIVELOCK, End.MODEL_ERROR)
@@ -489,17 +546,6 @@ def _in_flight(records: Sequence[Record]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _disturbed(case: Case, run: Outcomes) -> bool:
-    """Return whether a fault was caused: an injection that acted, a network fault, a failure, or a missing reply.
-
-    Over nodes, one that simulates a resource may be lost and come back, though the case does not say so. That a message
-    or a slow reaction is no fault. A real resource has no caused faults (decision 30).
-    """
-    if case.network.kept != Network() or _acted(case, run.records):
-        return True
-    return any(name not in run.real for name in _went_wrong(run))
-
-
 def _acted(case: Case, records: Sequence[Record]) -> frozenset[str]:
     """Return the names of the injections that acted."""
     if not case.injections:
@@ -509,30 +555,36 @@ def _acted(case: Case, records: Sequence[Record]) -> frozenset[str]:
     )
 
 
-def _went_wrong(run: Outcomes) -> Iterator[str]:
-    """Return the resources that failed, sent no reply, or were lost, and those that lost messages."""
+def _lost_resources(run: Outcomes) -> Iterator[str]:
+    """Yield the resources that were lost or came back with their nodes or drivers, or restarted."""
     for record in run.records:
         if isinstance(record, ResourceChanged) and record.injection == "network":
             yield record.resource
-    yield from (reaction.resource for reaction in run.reactions if _is_faulty(reaction))
 
 
-def _is_faulty(reaction: Reaction) -> bool:
-    """Return whether a request failed or got no reply, or one of its messages did not arrive exactly once."""
-    deliveries = (reaction.request, reaction.reply, reaction.cancel)
-    return reaction.outcome is not Outcome.SUCCEED or any(d is not None and len(d) != 1 for d in deliveries)
+def _with_disturbed_messages(run: Outcomes) -> Iterator[int]:
+    """Yield the requests to simulated resources of which a message did not arrive exactly once, by position."""
+    for position, reaction in enumerate(run.reactions):
+        deliveries = (reaction.request, reaction.reply, reaction.cancel)
+        if reaction.resource not in run.real and any(d is not None and len(d) != 1 for d in deliveries):
+            yield position
 
 
 def _acts_beside_requests(case: Case, run: Outcomes) -> bool:
-    """Return whether an injection acted, a fault of the network came, or a resource was lost."""
+    """Return whether an injection acted, a fault of the network came, or a simulated resource was lost.
+
+    Over nodes, one that simulates a resource may be lost and come back, though the case does not say so.
+    """
     if case.network.kept != Network() or _acted(case, run.records):
         return True
-    return any(isinstance(record, ResourceChanged) for record in run.records)
+    return any(name not in run.real for name in _lost_resources(run))
 
 
-def _but_for_real(run: Outcomes) -> str:
+def _but_for_real(case: Case, run: Outcomes) -> str:
     """Return the faults of real resources, as the end of a sentence."""
-    names = [f"`{name}`" for name in dict.fromkeys(_went_wrong(run))]
+    faulty = requests_at_fault(case, run.records, run.reactions, run.real) if run.real else ()
+    wrong = (*_lost_resources(run), *(run.reactions[position].resource for position in faulty))
+    names = [f"`{name}`" for name in dict.fromkeys(wrong) if name in run.real]
     if not names:
         return ""
     was, is_ = ("was", "is") if len(names) == 1 else ("were", "are")
@@ -558,7 +610,7 @@ def _injections(case: Case, records: Sequence[Record]) -> Iterator[str]:
     acted = _acted(case, records)
     for injection in case.injections:
         if injection.name not in acted:
-            yield f"injection {injection.name} never acted"
+            yield f"injection {injection.name} never acted, or changed nothing"
 
 
 def _outcomes(case: Case, records: Sequence[Record]) -> Iterator[str]:

@@ -124,7 +124,7 @@ def test_a_replay_needs_a_model(scbm: Scbm, tmp_path: Path) -> None:
 def test_the_cases_of_the_example_visit_everything(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("test", AFTER, CASES, "--fail-under", 100)
     assert ran.code == 0
-    wording(ran.out.splitlines()[2:4])
+    wording(ran.out.splitlines()[2:5])
 
 
 @pytest.mark.slow

@@ -19,10 +19,10 @@ from conftest import ROOT, Ran
 from scbm.cli.output.terminal import MinuteActivity, activity_display
 from scbm.closing import CloseLimits
 from scbm.closing.runs.all_runs import AllRuns
-from scbm.closing.runs.run_steps import RunSteps
 from scbm.files import load_model
 from scbm.model import Predicate
 from scbm.planning import PLANNERS, PlannerEntry
+from scbm.running.untimed.run_steps import RunSteps
 from support.models import SCAN_CELL
 from support.two_robots import two_robots_text
 from support.wording import Wording, diagnostic_heads

@@ -117,7 +117,7 @@ def test_of_an_operation_nothing_is_reported_twice(scbm: Scbm, tmp_path: Path, w
     path = tmp_path / "steps.yaml"
     path.write_text(STEPS, encoding="utf-8")
     out = scbm("explain", path, "finish").out
-    assert out.count("in the nominal state") == out.count("\ncase: finished-1\n") == 1
+    assert out.count("\n  finished-1 is a new case") == out.count("\ncase: finished-1\n") == 1
     wording(out)
     out = scbm("explain", path, "spare").out
     assert out.count("at == 3 && at == 0") == 1

@@ -153,6 +153,7 @@ def test_waivers_of_the_model_count_in_both_commands(lamp: Path, scbm: Scbm, wor
             "name": "switch/disabled",
             "status": "waived",
             "reason": waived_for,
+            "is_forced": False,
             "certificate": None,
         }
     ]
@@ -384,7 +385,7 @@ def test_an_obligation_that_only_a_forced_state_visits_is_not_covered(lamp: Path
     case.write_text(FORCED)
     store = lamp.parent / "cov.db"
     statuses = _json(scbm("test", lamp, case, "--store", store, "--json"))["statuses"]
-    names = [entry["name"] for entry in statuses["obligations"] if entry["status"] == "forced"]
+    names = [entry["name"] for entry in statuses["obligations"] if entry["is_forced"]]
     assert names == ["switch/disabled", "switch/executing", "switch/completed"]
     assert statuses["coverable"] == {"visited": 0, "of": 5, "percent": 0.0}
     assert _json(scbm("report", store, "--json"))["statuses"] == statuses

@@ -229,7 +229,7 @@ def test_stores_of_two_models_are_combined_only_on_request(
     wording(refused.err)
     taken = scbm("combine", filled, other, "-o", target, "--across-edits")
     wording(taken.out.splitlines())
-    wording(scbm("report", target).out.splitlines()[4])
+    wording(scbm("report", target).out.splitlines()[5])
 
 
 def test_the_report_is_that_of_all_cases(scbm: Scbm, filled: Path) -> None:
@@ -254,7 +254,7 @@ def test_nothing_missing_is_reported_in_two_lines(scbm: Scbm, store: Path, wordi
     scbm("test", AFTER, CASES, "--store", store)
     out = scbm("report", store, "--missing").out
     wording(out.splitlines()[0])
-    assert len(out.splitlines()) == 3
+    assert len(out.splitlines()) == 4
 
 
 @pytest.mark.longer

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.closing.proofs.blame import blame, conjuncts, shadowing
+from scbm.closing.proofs.blame import blame, shadowing
 from scbm.files import read_model
 from scbm.model import And, Constant, Equal, Predicate, Reference, Truth, Value
+from scbm.model.predicates import conjuncts
 
 WORLD = """
 behavior_model: world

@@ -12,13 +12,12 @@ from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.decisions import Stage
 from scbm.closing.runs.all_runs import AllRuns, RunScope
-from scbm.closing.runs.run_graph import Relevance
 from scbm.closing.scripts.closing_injections import distinguishing_values
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Outcome, PlannerChoice, PlannerIdentity, PlanSet, Slug
-from scbm.model.sources import outside_groups
 from scbm.proofcheck import check_certificate
 from scbm.running import Program
+from scbm.running.untimed.relevance import Relevance
 from scbm.testing import Campaign, RandomCases, Tester
 from support.models import as_closed
 from support.shared_closings import shared_closing
@@ -160,14 +159,16 @@ def test_an_input_is_injected_for_an_automatic_transition_that_waits_for_it() ->
     closing = close("  halt: {g: stop == true && current.state == executing, a: [plan.state <- aborted]}")
     assert decision(closing, "automatic/halt") is Decision.COVERED
     made = next(made for made in closing.cases if Obligation("halt", Aspect.TAKEN) in made.adds)
-    injected = [injection.assign for injection in made.case.injections]
-    assert (("stop", True),) in injected
+    assert (("stop", True),) in [change.assign for change in made.case.environment or ()]
+    assert made.case.injections == ()
 
 
-def test_what_the_model_keeps_itself_is_not_changed_by_force() -> None:
+def test_what_the_model_keeps_itself_is_not_changed_by_force(wording: Wording) -> None:
     wonder = SCAN % "  wonder: {g: scanned == true && timeouts == 0 && lamp == red, a: [lamp <- green]}"
     single = wonder + "runs: {goals: single}\n"
-    assert decision(Closer(read_model(single)).close(), "automatic/wonder") is Decision.FORCED
+    found = {str(d.obligation): d for d in Closer(read_model(single)).close().decided}["automatic/wonder"]
+    assert (found.decision, found.is_forced) == (Decision.UNDECIDED, True)
+    wording(found.reason)
     closing = Closer(as_closed(read_model(wonder))).close()
     assert decision(closing, "automatic/wonder") is Decision.UNCOVERABLE
 
@@ -182,8 +183,11 @@ def test_what_was_not_explored_is_undecided_and_says_why(wording: Wording) -> No
     nothing = CloseLimits(situations=2, beyond=0, random=0, changes=0)
     closing = close("  give_up: {g: timeouts == 3, a: [plan.state <- aborted]}", nothing)
     undecided = [each for each in closing.decided if each.decision is Decision.UNDECIDED]
-    assert [str(each.obligation) for each in undecided] == ["automatic/give_up"]
-    wording(undecided[0].reason)
+    assert [(str(each.obligation), each.is_forced) for each in undecided] == [
+        ("scan/disabled", True),
+        ("automatic/give_up", False),
+    ]
+    wording(undecided[1].reason)
 
 
 def test_beyond_what_was_explored_the_nearest_is_looked_at_first() -> None:
@@ -402,9 +406,7 @@ def test_a_limit_of_the_runs_in_which_inputs_change_is_named_and_nothing_is_prov
     never = "  never_taken: {g: at == box && current.state == executing, a: [plan.state <- aborted]}\n  emergency_stop:"
     model = read_model((STOP_CELL % ("", "")).replace("  emergency_stop:", never))
     assert decision(Closer(model).close(), "automatic/never_taken") is Decision.UNCOVERABLE
-    closed, opened = (
-        AllRuns(model, CloseLimits(), lambda _: None, RunScope(groups)) for groups in ((), outside_groups(model))
-    )
+    closed, opened = (AllRuns(model, CloseLimits(), lambda _: None, RunScope(is_open)) for is_open in (False, True))
     assert closed.situations < opened.situations
     closing = Closer(model, CloseLimits(situations=closed.situations)).close()
     assert decision(closing, "automatic/never_taken") is Decision.UNDECIDED

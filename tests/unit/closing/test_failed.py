@@ -13,7 +13,7 @@ from support.wording import Wording
 
 AUTOMATIC = "automatic_transitions:\n"
 ROUND = """automatic_transitions:
-  on: {g: box_is_scanned == true && light == green, a: [light <- blue]}
+  on: {g: plan.state == executing && box_is_scanned == true && light == green, a: [light <- blue]}
   off: {g: light == blue, a: [light <- green]}
 """
 
@@ -27,7 +27,9 @@ ROUND = """automatic_transitions:
     ],
 )
 def test_an_end_that_no_good_model_has_is_found(old: str, new: str, more: str, end: str, wording: Wording) -> None:
-    model = scan_cell((old, new))
+    model = scan_cell(
+        (old, new), ("count: {domain: 0..2, initial: 0}", "count: {domain: 0..2, initial: 0, random: any}")
+    )
     case = read_case(f"case: one\ngoal: scanned\n{more}expect: {{verdict: {end}}}\n", model)
     closing = closing_of(model, [case])
     assert failed_cases(Campaign.of(model, ()), closing, str) == ()

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from scbm.cases import Injection
+from scbm.cases import EnvironmentChange
 from scbm.cases.coverage import Decision, Obligations
 from scbm.closing import CloseLimits, Closer, Closing
 from scbm.closing.decisions import consequences_of_force, failed_cases
@@ -60,13 +60,13 @@ def decisions(closing: Closing) -> dict[str, Decision]:
     return {str(decided.obligation): decided.decision for decided in closing.decided}
 
 
-def injections(closing: Closing) -> list[Injection]:
-    return [injection for made in closing.cases for injection in made.case.injections]
+def changes(closing: Closing) -> list[EnvironmentChange]:
+    return [change for made in closing.cases for change in made.case.environment or ()]
 
 
 def test_an_emergency_stop_comes_in_mid_motion_and_forces_nothing() -> None:
     closing = close(CELL)
-    (stop,) = [each for each in injections(closing) if each.assign == (("estop", "pressed"),)]
+    (stop,) = [each for each in changes(closing) if each.assign == (("estop", "pressed"),)]
     assert stop.at_ns == 1_000_000_000
     assert decisions(closing)["automatic/emergency_stop"] is Decision.COVERED
 
@@ -88,8 +88,10 @@ def test_an_input_that_disables_an_operation_is_changed_at_a_settled_moment() ->
     closing = close(text.replace("  done: {", "  lamp: {domain: bool, initial: true, random: any}\n  done: {", 1))
     assert decisions(closing)["work/disabled"] is Decision.COVERED
     assert all(made.forcing is None for made in closing.cases)
-    (change,) = [each for each in injections(closing) if each.assign == (("estop", "pressed"),)]
-    assert str(change.when) == "plan.state == planning"
+    (change,) = [each for each in changes(closing) if each.assign == (("estop", "pressed"),)]
+    (made,) = [made for made in closing.cases if change in (made.case.environment or ())]
+    assert change.at_ns is not None
+    assert change.at_ns < made.case.planning_ns  # while the plan is awaited
 
 
 def test_a_state_is_forced_so_that_no_requirement_breaks() -> None:
@@ -133,10 +135,10 @@ def test_a_case_of_the_suite_that_forces_a_state_covers_nothing_by_that() -> Non
     assert not any(made.forcing for made in closing.cases)
 
 
-def test_what_is_not_proved_is_covered_by_a_forced_state() -> None:
+def test_what_is_not_proved_is_undecided_though_a_forced_state_visits_it() -> None:
     closing = Closer(read_model(CELL), CloseLimits(situations=2)).close()
     found = {str(d.obligation): d for d in closing.decided}
-    assert found["work/disabled"].decision is Decision.FORCED
+    assert (found["work/disabled"].decision, found["work/disabled"].is_forced) == (Decision.UNDECIDED, True)
     assert found["work/disabled"].case is not None
 
 

@@ -33,12 +33,12 @@ def test_every_entry_has_what_decides_it(wording: Wording) -> None:
     by_name = {entry["name"]: entry for entry in report["obligations"]}
     covered = dict(by_name["scan_box/executing"])
     wording(covered.pop("reason"))
-    assert covered == {"name": "scan_box/executing", "decision": "covered", "case": "scans"}
+    assert covered == {"name": "scan_box/executing", "decision": "covered", "is_forced": False, "case": "scans"}
     assert by_name["scan_box/disabled"]["certificate"] == "structure"
     undecided = dict(by_name["scan_box/failed"])
     wording(undecided.pop("reason"))
-    assert undecided == {"name": "scan_box/failed", "decision": "undecided"}
-    counts = {"covered": 2, "uncoverable": 2, "excluded": 0, "waived": 0, "forced": 0, "undecided": 2}
+    assert undecided == {"name": "scan_box/failed", "decision": "undecided", "is_forced": False}
+    counts = {"covered": 2, "uncoverable": 2, "excluded": 0, "waived": 0, "undecided": 2}
     assert report["decisions"] == counts
     assert report["coverable"] == {"visited": 2, "of": 4, "percent": 50.0}
     assert all(entry["reason"] for entry in (*report["obligations"], *report["queued"]))

@@ -238,7 +238,7 @@ def test_changes_after_all_goals_have_ended_are_no_fault() -> None:
     model = read_model(LATE)
     wanted = [each for each in shared_closing(model).after.obligations if str(each) == "automatic/d"]
     (decided,) = Closer(model).close(wanted=wanted).decided
-    assert decided.decision in (Decision.COVERED, Decision.FORCED)
+    assert decided.decision is not Decision.UNCOVERABLE
 
 
 STOP = """

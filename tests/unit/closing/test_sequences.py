@@ -8,12 +8,12 @@ from scbm.cases import Case
 from scbm.cases.trace import ends_of
 from scbm.closing import Closer, Closing, Decision
 from scbm.closing.runs.run_graph import Start
-from scbm.closing.runs.situations import DEADLINE, TIME_LIMIT, Happening, HappeningKind
 from scbm.closing.runs.walks import PathRun, RunPath
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.files import read_case, read_model, write_case
 from scbm.planning import PlanCache, Planner
 from scbm.running import Program
+from scbm.running.untimed.situations import DEADLINE, TIME_LIMIT, Happening, HappeningKind
 from scbm.testing import Tester
 
 MODEL = """
@@ -22,7 +22,7 @@ variables:
   at: {domain: [home, station], initial: home}
   ready: {domain: bool, initial: false, source: state}
   welded: {domain: bool, initial: false}
-  key: {domain: [left, right], initial: left, source: input}
+  key: {domain: [left, right], initial: left}
 resources: {robot: {}}
 operations:
   move:
@@ -48,6 +48,8 @@ operations:
 automatic_transitions:
   becomes_ready: {g: READY, a: [ready <- true]}
   lamp: {g: key == right && plan.state == completed && welded == true, a: [welded <- false]}
+environment:
+  turn: {guard: at == station, actions: [key <- right]}
 goals:
   moved: at == station
   welded: welded == true
@@ -94,13 +96,13 @@ def test_each_goal_expects_the_end_and_the_visits_of_its_own_run() -> None:
 def test_what_changes_between_two_goals_is_awaited() -> None:
     case = case_for(close(AFTER_A_CHANGE), "weld/executing")
     assert [str(goal.when) for goal in case.later] == ["key == right"]
-    assert [injection.assign for injection in case.injections] == [(("key", "right"),)]
+    assert [change.by for change in case.environment or ()] == ["turn"]
 
 
 def test_what_follows_the_last_goal_is_shown_before_one_more() -> None:
     case = case_for(close(AFTER_A_GOAL), "automatic/lamp")
     assert len(case.goals) > 1
-    assert [injection.assign for injection in case.injections] == [(("key", "right"),)]
+    assert [change.by for change in case.environment or ()] == ["turn"]
 
 
 def test_a_time_limit_can_end_a_run_before_the_last_one() -> None:
@@ -119,8 +121,8 @@ def test_single_goals_get_no_cases_with_several() -> None:
 
 
 def test_reasons_say_where_a_run_comes_nearest() -> None:
-    strange = "  strange: {g: ready == true && at == home, a: [welded <- false]}\ngoals:"
-    closing = Closer(read_model(MODEL.replace("READY", AFTER_A_GOAL).replace("goals:", strange))).close()
+    strange = "  strange: {g: ready == true && at == home, a: [welded <- false]}\nenvironment:"
+    closing = Closer(read_model(MODEL.replace("READY", AFTER_A_GOAL).replace("environment:", strange))).close()
     decided = next(d for d in closing.decided if str(d.obligation) == "automatic/strange")
     assert decided.decision is Decision.UNCOVERABLE
     assert decided.reason.endswith(

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from scbm.cases.coverage import Aspect, Decision, Obligation, Obligations
-from scbm.cases.trace import RunStarted
+from scbm.cases.trace import RunnerStarted
 from scbm.closing import Closer, Suggestion, SuggestionKind
 from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.suggestions import Oracles, TriedVisits, grouped, suggest
@@ -34,7 +34,7 @@ class Runs:
             self.visited |= execution.visited
             state: dict[str, Value] = {}
             for record in execution.trace.records:
-                state |= dict(record.state if isinstance(record, RunStarted) else ()) | dict(record.changes)
+                state |= dict(record.state if isinstance(record, RunnerStarted) else ()) | dict(record.changes)
                 self.states.append(dict(state))
 
     def can_hold(self, predicate: Predicate) -> bool:

@@ -17,7 +17,6 @@ from scbm.model import (
     ValueKind,
     Variable,
     format_duration,
-    stable_durations,
 )
 from support.models import scan_cell
 from support.wording import Wording
@@ -67,26 +66,6 @@ def test_domains_print_as_they_are_written() -> None:
 )
 def test_durations_print_in_the_largest_unit_in_which_they_are_at_least_1(nanoseconds: int, text: str) -> None:
     assert format_duration(nanoseconds) == text
-
-
-@pytest.mark.parametrize(
-    ("nanoseconds", "text"),
-    [
-        (0, "0 s"),
-        (1_500_000_000, "1500 ms"),
-        (9_999, "9999 ns"),
-        (90 * 60 * 10**9, "90 min"),
-        (100_000 * 10**9, "100000 s"),
-        (523_123_000, "523.123 ms"),
-        (10_001, "10.001 us"),
-        (12_345_000_000, "12.345 s"),
-        (7_200_000_001_000, "7200.000001 s"),
-    ],
-)
-def test_the_notation_of_digests_never_changes(nanoseconds: int, text: str) -> None:
-    with stable_durations():
-        assert format_duration(nanoseconds) == text
-    assert format_duration(1_500_000_000) == "1.5 s"
 
 
 SPACE = StateSpace(

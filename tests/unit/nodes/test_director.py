@@ -173,7 +173,7 @@ def test_of_real_resources_nothing_is_reported_and_what_was_seen_is_kept() -> No
     )
 
 
-def test_a_reply_that_was_due_and_never_came_was_none() -> None:
+def test_a_reply_that_was_due_and_never_came_was_lost() -> None:
     directing, _ = director()
     expected = PlainReactions().react(RESOURCES["scan"])
     due_ns = expected.latency_ns
@@ -181,8 +181,7 @@ def test_a_reply_that_was_due_and_never_came_was_none() -> None:
     directing.follow([ReplyReceived(due_ns, 1, "scan", True, ()), CancelRequest(2, "scan")], due_ns)
     directing.follow([CancelRequest(3, "scan")], due_ns + 1)
     directing.follow([ReplyDropped(0, 4, "late"), CancelRequest(4, "scan")], due_ns + 1)
-    timeout = replace(expected, outcome=Outcome.TIMEOUT, measured=None)
-    assert directing.reactions([]) == (expected, expected, timeout, expected)
+    assert directing.reactions([]) == (expected, expected, replace(expected, reply=LOST), expected)
 
 
 def test_a_reply_that_the_case_stands_in_the_way_of_is_not_missed() -> None:
@@ -200,7 +199,7 @@ def test_nothing_is_due_of_a_resource_that_is_down() -> None:
     directing.restart("scan", is_down=False)
     directing.follow([sent(2)], 0)
     directing.follow([CancelRequest(1, "scan"), CancelRequest(2, "scan")], 100 * SECOND_NS)
-    assert [reaction.outcome for reaction in directing.reactions([])] == [Outcome.SUCCEED, Outcome.TIMEOUT]
+    assert [reaction.reply == LOST for reaction in directing.reactions([])] == [False, True]
 
 
 def cancelled(directing: Director, request: int, at_ns: int) -> Reaction:
@@ -234,7 +233,7 @@ def test_a_reply_is_due_once_the_first_copy_of_the_request_has_come_and_been_wor
     directing, _ = director(OutcomeRule("scan", 1, 1, latency_ns=5, request=(9, 3)))
     directing.follow([sent(1)], 10)
     reaction = cancelled(directing, 1, 10 + 3 + 5 - 1 + cancelled_after_ns)
-    assert (reaction.outcome is Outcome.TIMEOUT) == is_missed
+    assert (reaction.reply == LOST) == is_missed
 
 
 @pytest.mark.parametrize(("cancelled_after_ns", "is_missed"), [(1, False), (2, True)])
@@ -245,7 +244,7 @@ def test_a_reply_that_is_on_its_way_is_due_when_its_first_copy_arrives(
     directing.follow([sent(1)], 0)
     directing.answering(Answering("run_1", 1, "scan", 1), 5)
     reaction = cancelled(directing, 1, 5 + 3 - 1 + cancelled_after_ns)
-    assert (reaction.outcome is Outcome.TIMEOUT) == is_missed
+    assert (reaction.reply == LOST) == is_missed
 
 
 def test_what_stands_in_the_way_of_one_resource_keeps_the_replies_of_no_other() -> None:
@@ -255,4 +254,4 @@ def test_what_stands_in_the_way_of_one_resource_keeps_the_replies_of_no_other() 
     directing.follow([sent(1), SendRequest(2, "lamp", ())], 0)
     directing.restart("lamp", is_down=True)
     directing.follow([CancelRequest(1, "scan"), CancelRequest(2, "lamp")], 100 * SECOND_NS)
-    assert [reaction.outcome for reaction in directing.reactions([])] == [Outcome.TIMEOUT, Outcome.SUCCEED]
+    assert [reaction.reply == LOST for reaction in directing.reactions([])] == [True, False]

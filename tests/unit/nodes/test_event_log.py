@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule
-from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunStarted
+from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunnerStarted
 from scbm.files import read_network
 from scbm.model import BehaviorModel, InputError, Outcome, PlannerIdentity, Slug, State
 from scbm.nodes.event_json import Note, event_json, reaction_json, read_event, read_note, read_reaction
@@ -459,7 +459,7 @@ def test_a_file_that_is_no_text_is_reported_with_the_line(tmp_path: Path, text: 
 def test_states_of_a_log_begin_where_its_case_does() -> None:
     state = State(CELL.space, {**CELL.nominal_state, "light": "red"})
     log, records = captured(CELL, replace(_case(), initial=state), OPTIONS)
-    assert isinstance(records[0], RunStarted)
+    assert isinstance(records[0], RunnerStarted)
     assert dict(records[0].state)["light"] == "red"
     _check_whole(log, records, CELL)
 

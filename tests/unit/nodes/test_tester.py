@@ -10,10 +10,9 @@ from typing import Any, TypeAlias
 
 import pytest
 
-from scbm.cases import Case
+from scbm.cases import LOST, Case
 from scbm.cases.trace import End, ResourceChanged
 from scbm.files import digest_of, read_case, write_case
-from scbm.model import Outcome
 from scbm.nodes import Lack, LostError, NodeRun, NotBegunError, NotReadyError, Reason, TesterNode, new_status
 from scbm.nodes.buses.bus import BusError, Received
 from scbm.nodes.event_json import event_json
@@ -853,7 +852,7 @@ def test_a_resource_that_is_lost_with_a_request_leaves_it_to_the_deadline_and_th
         stage.resources()
         execution = await task
         assert execution.verdict.end is End.REACHED
-        assert [reaction.outcome for reaction in execution.reactions] == [Outcome.TIMEOUT, Outcome.SUCCEED]
+        assert [reaction.reply for reaction in execution.reactions] == [LOST, None]
         changes = [record.condition for record in execution.trace.records if isinstance(record, ResourceChanged)]
         assert changes == ["down", "well"]
         assert len(stage.complaints) == 2

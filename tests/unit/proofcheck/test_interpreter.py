@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pytest
 
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Role, Value
 from scbm.proofcheck import Awaits, Situation
-from scbm.proofcheck.checked_run import DeadlineEvent, GivingUp, PlannerAnswer, ReplyEvent
+from scbm.proofcheck.checked_run import CheckedStep, DeadlineEvent, GivingUp, PlannerAnswer, ReplyEvent
 from scbm.proofcheck.interpreter import Interpreter
 from support.models import as_closed
 from support.wording import Wording
@@ -31,15 +33,27 @@ automatic_transitions:
 LOOKS = "  looks: {g: plan.state == planning && eye_req_state == initial, a: [eye_req_trigger <- true]}\n"
 
 
+BLINKS = """\
+  on: {g: plan.state != idle && lamp == dark && seen == 2, a: [lamp <- lit]}
+  off: {g: lamp == lit, a: [lamp <- dark]}
+"""
+
+
 def interpreter(text: str) -> tuple[Interpreter, BehaviorModel]:
     model = as_closed(read_model(text))
     variables = [variable.name for variable in model.running_space if variable.role is not Role.OPERATION_STATE]
     return Interpreter(model, model.goals[0][1], variables), model
 
 
+def first_step(steps: Interpreter, state: Mapping[str, Value]) -> CheckedStep:
+    """The step in which the goal is given to a runner that has settled."""
+    (rest,) = steps.start(state).rests
+    return steps.begin(rest)
+
+
 def begun(automatic: str, **state: Value) -> tuple[Interpreter, Situation | None, tuple[str, ...]]:
     steps, model = interpreter(LAMP + automatic)
-    step = steps.begin(steps.initial({**model.nominal_state, **state}))
+    step = first_step(steps, {**model.nominal_state, **state})
     return steps, step.situation, step.visited
 
 
@@ -92,7 +106,7 @@ def test_the_rest_of_a_plan_is_given_up_when_an_operation_times_out() -> None:
         "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
     )
     steps, model = interpreter(text)
-    step = steps.begin(steps.initial({**model.nominal_state, "seen": 1}))
+    step = first_step(steps, {**model.nominal_state, "seen": 1})
     assert step.situation is not None
     assert step.situation.queue == ("paint",)
     ended = steps.after(step.situation, DeadlineEvent())  # there is no plan from where `seen` is 2
@@ -121,9 +135,8 @@ def test_replans_that_lead_nowhere_go_round_and_end_for_all_that_can_be_visited(
 
 
 def test_automatic_transitions_without_end_are_a_livelock() -> None:
-    blinks = "  on: {g: lamp == dark && seen == 2, a: [lamp <- lit]}\n  off: {g: lamp == lit, a: [lamp <- dark]}\n"
-    steps, model = interpreter(LAMP.replace("lit: lamp == lit", "lit: lamp == lit && seen == 1") + blinks)
-    step = steps.begin(steps.initial({**model.nominal_state, "seen": 2}))
+    steps, model = interpreter(LAMP.replace("lit: lamp == lit", "lit: lamp == lit && seen == 1") + BLINKS)
+    step = first_step(steps, {**model.nominal_state, "seen": 2})
     assert step.situation is None
     assert step.values["plan.state"] == "aborted"
     assert step.visited == ("automatic/on", "automatic/off")
@@ -131,15 +144,14 @@ def test_automatic_transitions_without_end_are_a_livelock() -> None:
 
 def test_automatic_transitions_follow_the_end_by_a_livelock() -> None:
     ends = "  ends: {g: plan.state == aborted && seen == 2, a: [seen <- 0]}\n"
-    blinks = "  on: {g: lamp == dark && seen == 2, a: [lamp <- lit]}\n  off: {g: lamp == lit, a: [lamp <- dark]}\n"
-    _, _, visited = begun(ends + blinks, seen=2)
+    _, _, visited = begun(ends + BLINKS, seen=2)
     assert visited == ("automatic/on", "automatic/off", "automatic/ends")
 
 
 def test_timedout_actions_that_do_not_fit_are_a_model_error() -> None:
     text = LAMP.replace("a: [lamp <- lit]}", "gr: lamp == lit, a: [lamp <- lit]}\n    timedout: [seen += 2]")
     steps, model = interpreter(text.replace("automatic_transitions:\n", ""))
-    step = steps.begin(steps.initial({**model.nominal_state, "seen": 1}))
+    step = first_step(steps, {**model.nominal_state, "seen": 1})
     assert step.situation is not None
     assert list(steps.events(step.situation)) == [DeadlineEvent()]
     ended = steps.after(step.situation, DeadlineEvent())
@@ -157,7 +169,7 @@ def test_the_rest_of_a_plan_is_given_up_at_the_disabled_deadline() -> None:
         "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
     )
     steps, model = interpreter(text)
-    situation = steps.begin(steps.initial({**model.nominal_state, "seen": 1})).situation
+    situation = first_step(steps, {**model.nominal_state, "seen": 1}).situation
     assert situation is not None
     assert situation.queue == ("paint",)
     step = steps.after(situation, DeadlineEvent())
@@ -171,7 +183,7 @@ def test_changes_from_outside_after_the_end_belong_to_the_run() -> None:
     burns_out = "  burns_out: {g: plan.state == completed && key == on && seen == 0, a: [seen <- 1]}\n"
     breaks = "  breaks: {g: plan.state == completed && key == far && seen == 1, a: [seen <- 2]}\n"
     steps, model = interpreter(text + burns_out + breaks)
-    step = steps.begin(steps.initial({**model.nominal_state, "lamp": "lit"}))
+    step = first_step(steps, {**model.nominal_state, "lamp": "lit"})
     assert step.situation is None
     assert step.visited == ("automatic/burns_out", "automatic/breaks")
 
@@ -179,7 +191,7 @@ def test_changes_from_outside_after_the_end_belong_to_the_run() -> None:
 def test_a_run_can_end_as_unsolvable_though_something_may_change_from_outside() -> None:
     text = LAMP.replace("resources:", "  key: {domain: [off, on], initial: off, source: input}\nresources:")
     steps, model = interpreter(text + "  regrets: {g: plan.state == unsolvable && key == off, a: [seen <- 2]}\n")
-    asked = steps.begin(steps.initial(model.nominal_state)).situation
+    asked = first_step(steps, model.nominal_state).situation
     assert asked is not None
     assert asked.awaits is Awaits.UNSOLVABLE
     waiting = steps.after(asked, PlannerAnswer()).situation
@@ -198,7 +210,7 @@ def test_nothing_is_sent_after_the_end_of_a_run() -> None:
     looks_again = "  looks_again: {g: plan.state == completed && key == on, a: [eye_req_trigger <- true]}\n"
     is_sent = "  is_sent: {g: plan.state == completed && eye_req_state == executing, a: [seen <- 2]}\n"
     steps, model = interpreter(text + looks_again + is_sent)
-    step = steps.begin(steps.initial({**model.nominal_state, "lamp": "lit"}))
+    step = first_step(steps, {**model.nominal_state, "lamp": "lit"})
     assert step.visited == ("automatic/looks_again",)
 
 
@@ -240,7 +252,7 @@ def test_the_rest_of_a_plan_is_given_up_when_an_operation_fails() -> None:
         "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
     )
     steps, model = interpreter(text)
-    situation = steps.begin(steps.initial({**model.nominal_state, "seen": 1})).situation
+    situation = first_step(steps, {**model.nominal_state, "seen": 1}).situation
     assert situation is not None
     assert situation.queue == ("paint",)
     assert steps.after(situation, ReplyEvent("eye", succeeded=False)).visited == ("light/failed",)
@@ -274,8 +286,14 @@ def test_a_request_is_sent_before_another_one_is_cancelled() -> None:
         + "  looks: {g: plan.state == planning && eye_req_state == initial && seen == 0,"
         " a: [eye_req_trigger <- true, see_req_trigger <- true]}\n"
     )  # fmt: skip
-    asked = steps.begin(steps.initial(model.nominal_state)).situation
+    asked = first_step(steps, model.nominal_state).situation
     assert asked is not None
     assert asked.in_flight == ("eye", "see")
     step = steps.after(asked, ReplyEvent("see", succeeded=True, measured=(("seen", 2),)))
     assert step.visited == ("automatic/swaps", "automatic/both")
+
+
+def test_a_livelock_at_rest_has_no_rest_from_which_a_goal_could_be_given() -> None:
+    steps, model = interpreter(LAMP + BLINKS.replace("plan.state != idle && ", ""))
+    step = steps.start({**model.nominal_state, "seen": 2})
+    assert (step.situation, step.rests, step.visited) == (None, (), ("automatic/on", "automatic/off"))

@@ -58,8 +58,7 @@ def certified(goals: GoalOrder, plans: PlanSet, *, is_open: bool = False) -> Cer
 
 def certificate_of(model: BehaviorModel, goals: GoalOrder, plans: PlanSet) -> Certificate:
     """Return the certificate of all that closing proves about these runs."""
-    outside = outside_groups(model)
-    runs = AllRuns(model, CloseLimits(), lambda _: None, RunScope(outside, goals, plans, from_rest=bool(outside)))
+    runs = AllRuns(model, CloseLimits(), lambda _: None, RunScope(bool(outside_groups(model)), goals, plans))
     proofs = Proofs(model)
     proofs.explored = (runs,)
     found = ((obligation, by_runs(obligation, runs)) for obligation in Obligations.of(model))

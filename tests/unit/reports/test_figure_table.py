@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from scbm.cases.coverage import Statuses
 from scbm.cli.output.terminal import folded
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel
@@ -95,7 +96,7 @@ def test_the_first_advice_depends_on_the_number_of_all_cases_written_or_random(c
 def test_both_reports_ask_for_more_cases_after_the_same_number_of_cases(cases: int) -> None:
     model = read_model(SMALL % "go")
     campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(cases, 1)))
-    reason = missed_reasons(model, campaign.coverage, BEFORE)[-1].reason
+    reason = missed_reasons(model, campaign.coverage, BEFORE, Statuses.of(campaign.coverage))[-1].reason
     advice = next(line for line in _report(model, 80, cases, random=0) if line.strip().startswith("1 queued"))
     assert ("more cases" in reason) == ("more cases" in advice) == (cases == 1)
 

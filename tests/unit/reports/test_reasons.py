@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations
+from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, Statuses
 from scbm.model import BehaviorModel
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from support.models import scan_cell
@@ -17,7 +17,8 @@ def _reason_lines(visited: str, model: BehaviorModel | None = None, file: str = 
     of = model or scan_cell()
     obligations = Obligations.of(of)
     bits = sum(bit for o in obligations if str(o) in visited.split() and (bit := obligations.bit(o)))
-    return {str(m.obligation): m.reason for m in missed_reasons(of, Coverage(obligations, (("c", bits),)), file)}
+    coverage = Coverage(obligations, (("c", bits),))
+    return {str(m.obligation): m.reason for m in missed_reasons(of, coverage, file, Statuses.of(coverage))}
 
 
 @pytest.mark.parametrize(
@@ -51,7 +52,8 @@ def test_the_guard_is_that_of_the_transition(wording: Wording) -> None:
 
 def test_commands_are_for_a_shell() -> None:
     model = scan_cell()
-    missed = missed_reasons(model, Coverage(Obligations.of(model)), "my cell.yaml")
+    coverage = Coverage(Obligations.of(model))
+    missed = missed_reasons(model, coverage, "my cell.yaml", Statuses.of(coverage))
     assert missed[0].command == f"scbm explain 'my cell.yaml' {missed[0].obligation}"
     assert missed[-1].obligation == Obligation("scan_box", Aspect.QUEUED)
     assert close_command("my cell.yaml") == "scbm close 'my cell.yaml' --out closed"

@@ -49,7 +49,7 @@ def history() -> History:
     return replace(plain, decided=decided)
 
 
-SPECIAL = (Decision.UNCOVERABLE, Decision.EXCLUDED, Decision.WAIVED, Decision.FORCED)
+SPECIAL = (Decision.UNCOVERABLE, Decision.EXCLUDED, Decision.WAIVED)
 WARNINGS = ("Waived, but a case visits it", "Expired waiver", "c.json: it has a flaw")
 
 
@@ -130,6 +130,6 @@ def test_the_badge_shows_both_figures(history: History) -> None:
 
 def test_json_has_all_of_them(history: History) -> None:
     statuses = history_json(history)["statuses"]
-    assert [statuses["counts"][status.value] for status in SPECIAL] == [1, 1, 1, 1]
+    assert [statuses["counts"][status.value] for status in SPECIAL] == [1, 1, 1]
     assert len(statuses["visited_waivers"]) == len(statuses["expired_waivers"]) == 1
     assert len(statuses["ignored_certificates"]) == 1

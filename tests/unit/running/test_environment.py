@@ -164,7 +164,7 @@ def test_the_change_for_which_a_run_waited_until_its_end_is_recorded_and_no_othe
     model = press("reset: {guard: stop == pressed, actions: [stop <- released], after: 10 s}")
     pressed = model.nominal_state.replace({"stop": "pressed"})
     waited = run(model, initial=pressed, limits=CaseLimits(4 * SECOND_NS))
-    assert waited.recorded_case.environment == (EnvironmentChange(10 * SECOND_NS, (), "reset"),)
+    assert waited.recorded_case.environment == (EnvironmentChange(10 * SECOND_NS, ()),)
     again = Tester(model).execute(waited.recorded_case)
     assert (waited.verdict.end, again.trace) == ("time_limit", waited.trace)
     formed = run(press("late: {guard: true, actions: [door <- open], after: 10 s}"))
@@ -219,13 +219,15 @@ def test_drawn_inputs_move_what_no_transition_assigns() -> None:
 
 
 def test_a_case_says_what_the_environment_does() -> None:
-    model = press("push: {guard: true, actions: [stop <- pressed]}")
+    model = press(
+        "push: {guard: true, actions: [stop <- pressed]}", "pull: {guard: stop == pressed, actions: [stop <- released]}"
+    )
     changes = (
         EnvironmentChange(SECOND_NS, (("stop", "pressed"),), "push"),
         EnvironmentChange(2 * SECOND_NS, (("stop", "released"),)),
     )
     execution = run(model, origin=None, environment=changes)
-    assert moves(execution) == [(1.0, "push", {"stop": "pressed"}), (2.0, "", {"stop": "released"})]
+    assert moves(execution) == [(1.0, "push", {"stop": "pressed"}), (2.0, "pull", {"stop": "released"})]
     assert execution.closed_case.environment == changes
     assert (execution.forced, execution.forced_by) == (0, None)
 

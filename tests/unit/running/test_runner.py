@@ -6,6 +6,7 @@ from scbm.cases import Injection
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import (
     AutomaticTaken,
+    Changes,
     End,
     InjectionApplied,
     MeasurementRefused,
@@ -13,6 +14,7 @@ from scbm.cases.trace import (
     PlanReceived,
     ReplyDropped,
     RunEnded,
+    RunnerStarted,
     RunStarted,
     state_after,
 )
@@ -28,6 +30,7 @@ from scbm.running import (
     TimePassed,
     describe_cycle,
 )
+from scbm.running.runner import SENT
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
 from support.wording import Wording
@@ -65,11 +68,11 @@ def test_a_goal_that_holds_is_reached_without_a_plan() -> None:
     assert not any(isinstance(effect, AskPlan) for effect in hand.effects)
 
 
-def test_automatic_transitions_in_the_initial_state_belong_to_the_run() -> None:
+def test_the_runner_settles_when_it_starts_before_its_goal_is_given() -> None:
     fade = "automatic_transitions:\n  fade: {g: light == blue, a: [light <- green]}"
     hand = Hand(scan_cell(("automatic_transitions:", fade)), state={"light": "blue"})
     hand.goal()
-    assert [type(record) for record in hand.records[:2]] == [RunStarted, AutomaticTaken]
+    assert [type(record) for record in hand.records[:3]] == [RunnerStarted, AutomaticTaken, RunStarted]
     assert hand.ends == []
 
 
@@ -298,7 +301,7 @@ def test_nothing_fails_an_operation_that_does_not_execute() -> None:
     model = scan_cell(("g: scan_req_state == failed && current.state == executing", "g: scan_req_state == failed"))
     hand = Hand(model, state={"scan_req_state": "failed"})
     hand.wait(1)
-    assert hand.records == []
+    assert [type(record) for record in hand.records] == [RunnerStarted]
 
 
 def test_an_operation_that_only_sets_its_state_is_failed_once() -> None:
@@ -522,7 +525,7 @@ def test_an_automatic_transition_that_changes_nothing_or_leaves_a_domain_is_not_
     both = "automatic_transitions:\n  same: {g: 'true', a: [light <- green]}\n  over: {g: count == 2, a: [count += 1]}"
     hand = Hand(scan_cell(("automatic_transitions:", both)), state={"count": 2})
     hand.wait(1)
-    assert hand.records == []
+    assert [type(record) for record in hand.records] == [RunnerStarted]
 
 
 # requests and replies
@@ -612,23 +615,42 @@ def test_measured_values_come_unasked_too() -> None:
     assert hand.runner.state["temperature"] == 3
 
 
-def test_values_of_replies_do_not_come_unasked() -> None:
+def forcing(hand: Hand) -> list[tuple[str, Changes]]:
+    """What nobody in the model can have changed."""
+    return [
+        (each.injection, each.changes) for each in hand.records if isinstance(each, InjectionApplied) and each.forced
+    ]
+
+
+def test_values_of_replies_that_come_unasked_force_the_state() -> None:
     hand = Hand(scan_cell())
     hand.give(Measured((("temperature", 3),)), 1)
-    assert hand.runner.state["temperature"] == 5
-    assert [record.variable for record in hand.records if isinstance(record, MeasurementRefused)] == ["temperature"]
+    assert hand.runner.state["temperature"] == 3
+    assert forcing(hand) == [(SENT, (("temperature", 3),))]
 
 
-def test_a_value_that_the_model_rules_out_is_refused_in_replies_and_unasked() -> None:
+def test_values_without_a_meaning_are_refused() -> None:
+    hand = Hand(scan_cell())
+    hand.give(Measured((("temperature", 99), ("light", "red"), ("nothing", 1))), 1)
+    assert [record.variable for record in hand.records if isinstance(record, MeasurementRefused)] == [
+        "temperature",
+        "light",
+        "nothing",
+    ]
+    assert forcing(hand) == []
+
+
+def test_a_value_that_the_model_rules_out_forces_the_state_in_replies_and_unasked() -> None:
     narrow = ("measures: [temperature]", "measures: {temperature: [3, 4]}\n    publishes: {temperature: [3, 4]}")
     hand = Hand(scan_cell(narrow))
     hand.give(Measured((("temperature", 8),)), 1)
     hand.goal()
     hand.give(ReplyArrived(1, succeeded=True, measured=(("temperature", 9),)), 2)
-    assert hand.runner.state["temperature"] == 5
-    assert [record.value for record in hand.records if isinstance(record, MeasurementRefused)] == [8, 9]
+    assert hand.runner.state["temperature"] == 9
+    assert forcing(hand) == [(SENT, (("temperature", 8),)), (SENT, (("temperature", 9),))]
     hand.give(Measured((("temperature", 4),)), 3)
     assert hand.runner.state["temperature"] == 4
+    assert len(forcing(hand)) == 2
 
 
 # plans and time

@@ -5,7 +5,17 @@ from __future__ import annotations
 import pytest
 
 from scbm.cases import Case, Condition, ConditionKind, Injection
-from scbm.cases.trace import AutomaticTaken, End, InjectionApplied, PlanAsked, RunEnded, RunStarted, Trace, write_trace
+from scbm.cases.trace import (
+    AutomaticTaken,
+    End,
+    InjectionApplied,
+    PlanAsked,
+    RunEnded,
+    RunnerStarted,
+    RunStarted,
+    Trace,
+    write_trace,
+)
 from scbm.files import parse_predicate, read_model
 from scbm.files.language.scope import Scope, Where
 from scbm.model import BehaviorModel, Predicate
@@ -75,11 +85,11 @@ def test_an_unsolvable_run_does_not_wait_for_an_injection_that_never_acts(index:
     assert text_of(run) == text_of(simulated(model))
 
 
-def test_automatic_transitions_of_the_initial_state_follow_the_start_though_a_later_injection_exists() -> None:
+def test_automatic_transitions_of_the_initial_state_come_before_the_goal_though_a_later_injection_exists() -> None:
     hand = Hand(scan_cell(FADE), state={"light": "blue"})
     hand.inject(Injection("later", (("light", "red"),), at_ns=SECOND_NS))
     hand.goal()
-    assert [type(record) for record in hand.records[:2]] == [RunStarted, AutomaticTaken]
+    assert [type(record) for record in hand.records[:3]] == [RunnerStarted, AutomaticTaken, RunStarted]
 
 
 def test_injections_that_are_given_are_no_events_of_the_run() -> None:

@@ -8,12 +8,11 @@ from pathlib import Path
 import pytest
 
 from scbm.cases import Case, Network
-from scbm.files import Scope, load_model, parse_requirement, read_case, read_network
+from scbm.files import Scope, load_model, parse_requirement, read_network
 from scbm.model import Requirement
 from scbm.store import (
     Recipe,
     Replays,
-    Written,
     drawn_recipe,
     network_words,
     read_history,
@@ -40,14 +39,6 @@ def _stored(path: Path, cases: list[tuple[Case, Recipe]]) -> Path:
 def _drawn(network: Network | None, **changes: object) -> list[tuple[Case, Recipe]]:
     cases = [replace(case, **changes) for case in RandomCases(MODEL, network=network).first(4, 3)]  # type: ignore[arg-type]
     return [(case, drawn_recipe(case, network_words(network))) for case in cases]
-
-
-def test_the_notation_of_durations_does_not_change_the_key_of_a_case() -> None:
-    """A store of an earlier version has the case already."""
-    text = "case: c\ngoal: item_a_scanned\noutcomes: {scanner: [{outcome: succeed, after: 1500 ms}]}\n"
-    recipe = written_recipe(read_case(text, MODEL), MODEL, "c.yaml")
-    assert isinstance(recipe, Written)
-    assert "after: 1500 ms" in recipe.text
 
 
 def _requirement() -> Requirement:

@@ -137,8 +137,9 @@ def test_what_the_environment_changes_is_reported_with_its_time(wording: Wording
     shrunk = _shrink(replace(slow, environment=changes), "light == red", model)
     assert shrunk.execution.case.environment == (replace(changes[1], at_ns=0),)
     wording(shrunk.matters)
+    fading = scan_cell(more="environment:\n  fades: {guard: light == green, actions: [light <- red]}\n")
     by_a_transition = replace(slow, environment=(replace(changes[1], by="fades"),))
-    wording(_shrink(by_a_transition, "light == red", model).matters)
+    wording(_shrink(by_a_transition, "light == red", fading).matters)
 
 
 def test_times_become_round() -> None:

@@ -7,9 +7,27 @@ from dataclasses import replace
 import pytest
 
 from scbm.cases import Case, Expectations, Injection, Network, OutcomeRule, Partition, Reaction, Restart
-from scbm.cases.trace import End, Record, ResourceChanged
+from scbm.cases.trace import (
+    End,
+    OperationStepped,
+    Record,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+    ResourceChanged,
+)
 from scbm.files import read_case
-from scbm.model import Always, BehaviorModel, Constant, Equal, InputError, Outcome, Reference, Requirement
+from scbm.model import (
+    Always,
+    BehaviorModel,
+    Constant,
+    Equal,
+    InputError,
+    OperationState,
+    Outcome,
+    Reference,
+    Requirement,
+)
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Simulated
 from scbm.testing import CaseResult, Excuse, Execution, FailureKind, Outcomes, Tester, judge
@@ -139,8 +157,10 @@ def _not_reached(*records: Record, reactions: tuple[Reaction, ...] = ()) -> Exec
     model = scan_cell(STUCK, more=OFF)
     case = Case("case", *model.goals[0], model.nominal_state)
     tester = Tester(model, OPTIONS)
-    real = tester.execute(case).trace.records
-    return tester.judged(case, Simulated(End.TIME_LIMIT, real[-1].at_ns, (*real[:-1], *records, real[-1])), reactions)
+    simulated = tester.execute(case)
+    real = simulated.trace.records
+    run = Simulated(End.TIME_LIMIT, real[-1].at_ns, (*real[:-1], *records, real[-1]))
+    return tester.judged(case, run, reactions or simulated.reactions)
 
 
 def test_a_run_from_elsewhere_is_judged_as_a_simulated_one() -> None:
@@ -161,17 +181,26 @@ def test_a_goal_not_reached_when_a_resource_was_lost_is_a_verdict_and_no_failure
     assert not _not_reached(by_an_injection).verdict.passed
 
 
-WRONG = {
-    "failed": (Reaction("scan", Outcome.FAIL, 0),),
-    "silent": (Reaction("scan", Outcome.TIMEOUT, 0),),
-    "lost": (ResourceChanged(60 * S, "network", "scan", "down"),),
+SENT = RequestSent(0, 1, "scan", (), ())
+WRONG: dict[str, tuple[tuple[Record, ...], tuple[Reaction, ...]]] = {
+    "failed": ((SENT, ReplyReceived(0, 1, "scan", False, ())), (Reaction("scan", Outcome.FAIL, 0),)),
+    "silent": (
+        (
+            SENT,
+            OperationStepped(S, "scan_box", OperationState.EXECUTING, OperationState.TIMEDOUT, None, ()),
+            RequestCancelled(S, 1, "scan", ()),
+        ),
+        (Reaction("scan", Outcome.TIMEOUT, 0),),
+    ),
+    "lost": ((ResourceChanged(60 * S, "network", "scan", "down"),), ()),
 }
 
 
 @pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
-def test_nobody_makes_a_real_resource_go_wrong(wrong: tuple[Reaction | ResourceChanged, ...], wording: Wording) -> None:
-    reactions = [one for one in wrong if isinstance(one, Reaction)]
-    records = [one for one in wrong if isinstance(one, ResourceChanged)]
+def test_nobody_makes_a_real_resource_go_wrong(
+    wrong: tuple[tuple[Record, ...], tuple[Reaction, ...]], wording: Wording
+) -> None:
+    records, reactions = wrong
     model = scan_cell()
     case = Case("case", *model.goals[0], model.nominal_state)
     simulated = Outcomes(End.ABORTED, records, reactions, (), ())

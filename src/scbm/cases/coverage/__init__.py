@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     )
     from scbm.cases.coverage.set_cover import Cover, smallest_cover
     from scbm.cases.coverage.statuses import (
+        FORCED_NOTE,
         Decision,
         ObligationStatus,
         Statuses,
@@ -38,8 +39,8 @@ if TYPE_CHECKING:
         WaiverReview,
         count_statuses,
         coverable_figure,
+        forced_count_in_words,
         status_counts_in_words,
-        waived_reason,
     )
     from scbm.cases.coverage.visits import (
         Coverage,
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ASSERTED",
     "COVERABLE",
+    "FORCED_NOTE",
     "KINDS",
     "LIFTED",
     "STATE_ASPECTS",
@@ -80,6 +82,7 @@ __all__ = [
     "count_statuses",
     "coverable_figure",
     "first_missed",
+    "forced_count_in_words",
     "growth",
     "instances_of",
     "lifted_names",
@@ -88,7 +91,6 @@ __all__ = [
     "status_counts_in_words",
     "visited_by",
     "visitors_of_each",
-    "waived_reason",
 ]
 
 __getattr__ = lazy_exports(
@@ -100,8 +102,8 @@ __getattr__ = lazy_exports(
         "obligations": "ASSERTED COVERABLE KINDS LIFTED STATE_ASPECTS Aspect Figure Obligation Obligations Threshold",
         "set_cover": "Cover smallest_cover",
         "statuses": (
-            "Decision ObligationStatus Statuses StatusProof WaiverReview count_statuses coverable_figure "
-            "status_counts_in_words waived_reason"
+            "FORCED_NOTE Decision ObligationStatus Statuses StatusProof WaiverReview count_statuses coverable_figure "
+            "forced_count_in_words status_counts_in_words"
         ),
         "visits": "Coverage GrowthStep Unnamed bits_of growth only_by visited_by visitors_of_each",
     },

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, ObjectLists
 
 
-_ORDER = (Decision.UNDECIDED, Decision.FORCED, Decision.WAIVED, Decision.EXCLUDED, Decision.UNCOVERABLE)
+_ORDER = (Decision.UNDECIDED, Decision.WAIVED, Decision.EXCLUDED, Decision.UNCOVERABLE)
 """The statuses of instances that are not covered; the first that any instance has is that of the lifted obligation."""
 
 
@@ -77,7 +77,7 @@ class ObjectListVisits:
         key = (obligation, is_lifted)
         if key not in self.visited:
             return None
-        return Decision.FORCED if key in self.forced else Decision.COVERED
+        return Decision.UNDECIDED if key in self.forced else Decision.COVERED
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,6 @@ class Decision(StrEnum):
     UNCOVERABLE = "uncoverable"
     EXCLUDED = "excluded"
     WAIVED = "waived"
-    FORCED = "forced"
     UNDECIDED = "undecided"
 
     __hash__ = str.__hash__  # of equal value, and without a call of Python for each lookup
@@ -36,8 +35,6 @@ class Decision(StrEnum):
         match self:
             case Decision.EXCLUDED:
                 return "excluded by the planner"
-            case Decision.FORCED:
-                return "covered by a forced state"
             case Decision.COVERED | Decision.UNCOVERABLE | Decision.WAIVED | Decision.UNDECIDED:
                 return self.value
         assert_never(self)
@@ -48,7 +45,7 @@ class Decision(StrEnum):
         match self:
             case Decision.UNCOVERABLE | Decision.EXCLUDED | Decision.WAIVED:
                 return False
-            case Decision.COVERED | Decision.FORCED | Decision.UNDECIDED:
+            case Decision.COVERED | Decision.UNDECIDED:
                 return True
         assert_never(self)
 
@@ -105,9 +102,8 @@ class WaiverReview:
         return tuple(waiver for waiver in self.counting if waiver.obligation in names)
 
 
-def waived_reason(waiver: Waiver, *, is_visited: bool) -> str:
-    """Return why an obligation is waived, and whether forced states visit it all the same."""
-    return f"{waiver}; forced states also visit it" if is_visited else str(waiver)
+FORCED_NOTE = "forced states visit it"
+"""The note beside the status of an obligation that only forced states visit (semantics 8.5)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +113,7 @@ class ObligationStatus:
     Attributes:
         obligation: the obligation.
         decision: its status.
-        reason: why no run visits it, or why it is waived and whether forced states also visit it; empty if it is
-            covered or undecided.
+        reason: why no run visits it, or why it is waived; empty if it is covered or undecided.
         certificate: the file or the name of the certificate, if one proves the status.
         is_visited: whether a case visits it, by a forced state or without; figures count this whatever the status is.
     """
@@ -130,14 +125,30 @@ class ObligationStatus:
     is_visited: bool = False
 
     @property
+    def is_forced(self) -> bool:
+        """Whether only forced states visit it."""
+        return self.is_visited and self.decision is not Decision.COVERED
+
+    @property
     def forced_in_words(self) -> str:
         """The status of an obligation that only forced states visit, with its reason; empty for any other one."""
-        if self.decision is Decision.COVERED or not self.is_visited:
-            return ""
-        if self.decision is Decision.FORCED:
-            return self.decision.words
-        visited = "" if self.decision is Decision.WAIVED else "; forced states visit it"
-        return f"{self.decision.words}: {self.reason}{visited}"
+        return self.words if self.is_forced else ""
+
+    @property
+    def words(self) -> str:
+        """The status with its reason, and a note if only forced states visit the obligation."""
+        reason = f": {self.reason}" if self.reason else ""
+        return f"{self.decision.words}{reason}{f'; {FORCED_NOTE}' if self.is_forced else ''}"
+
+    @property
+    def marked(self) -> Decision:
+        """The status whose mark reports show: what is undecided and visited by force counts as visited, with a note."""
+        return Decision.COVERED if self.is_forced and self.decision is Decision.UNDECIDED else self.decision
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether visits without force alone decide the status."""
+        return self.decision in (Decision.COVERED, Decision.UNDECIDED) and not self.is_forced
 
 
 @dataclass(frozen=True)
@@ -200,6 +211,11 @@ class Statuses:
         return count_statuses(entry.decision for entry in self.entries if entry.obligation.counts)
 
     @property
+    def forced(self) -> int:
+        """The number of obligations that only forced states visit, without *queued*."""
+        return sum(entry.is_forced and entry.obligation.counts for entry in self.entries)
+
+    @property
     def coverable(self) -> Figure:
         """The figure of what can be covered."""
         return coverable_figure(self.counts)
@@ -216,9 +232,8 @@ class Statuses:
     @cached_property
     def are_plain(self) -> bool:
         """Whether visits alone decide all statuses, and nothing else is to be reported."""
-        is_special = any(entry.decision not in (Decision.COVERED, Decision.UNDECIDED) for entry in self.entries)
         return not (
-            is_special
+            any(not entry.is_plain for entry in self.entries)
             or self.visited_waivers
             or self.expired_waivers
             or self.ignored
@@ -251,12 +266,8 @@ class _StatusRules:
             return ObligationStatus(obligation, proof.decision, proof.reason, proof.certificate, is_visited)
         waiver = self.waivers.get(str(obligation))
         if waiver is not None:
-            return ObligationStatus(
-                obligation, Decision.WAIVED, waived_reason(waiver, is_visited=is_visited), is_visited=is_visited
-            )
-        return ObligationStatus(
-            obligation, Decision.FORCED if is_visited else Decision.UNDECIDED, is_visited=is_visited
-        )
+            return ObligationStatus(obligation, Decision.WAIVED, str(waiver), is_visited=is_visited)
+        return ObligationStatus(obligation, Decision.UNDECIDED, is_visited=is_visited)
 
 
 def count_statuses(statuses: Iterable[Decision]) -> dict[Decision, int]:
@@ -272,6 +283,11 @@ def coverable_figure(counts: Mapping[Decision, int]) -> Figure:
         counts: the number of obligations of each status.
     """
     return Figure(counts[Decision.COVERED], sum(count for status, count in counts.items() if status.can_be_covered))
+
+
+def forced_count_in_words(forced: int) -> str:
+    """Return how many obligations only forced states visit; empty for none."""
+    return f"{forced} visited in forced states only, which SCBM-IAS counts" if forced else ""
 
 
 def status_counts_in_words(counts: Mapping[Decision, int]) -> str:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         Changes,
         End,
         InjectionApplied,
+        LivelockedAtRest,
         MeasurementReceived,
         MeasurementRefused,
         MessageDisturbed,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
         RequestSent,
         ResourceChanged,
         RunEnded,
+        RunnerStarted,
         RunStarted,
         Trace,
         ends_of,
@@ -69,6 +71,7 @@ __all__ = [
     "End",
     "FaultSpan",
     "InjectionApplied",
+    "LivelockedAtRest",
     "MeasurementReceived",
     "MeasurementRefused",
     "MessageDisturbed",
@@ -92,6 +95,7 @@ __all__ = [
     "RunEnded",
     "RunSpans",
     "RunStarted",
+    "RunnerStarted",
     "Sentence",
     "Span",
     "Trace",
@@ -116,10 +120,10 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "records": (
-            "AutomaticTaken BecameCurrent Changes End InjectionApplied MeasurementReceived MeasurementRefused "
-            "MessageDisturbed OperationStepped PlanAsked PlanDropped PlanReceived PutBack Record "
+            "AutomaticTaken BecameCurrent Changes End InjectionApplied LivelockedAtRest MeasurementReceived "
+            "MeasurementRefused MessageDisturbed OperationStepped PlanAsked PlanDropped PlanReceived PutBack Record "
             "RecordSeverity ReplyDropped ReplyReceived RequestCancelled RequestSent ResourceChanged RunEnded "
-            "RunStarted Trace ends_of ranges_of_goals run_end state_after"
+            "RunStarted RunnerStarted Trace ends_of ranges_of_goals run_end state_after"
         ),
         "sentences": "Sentence assignments connection_sentence differing fate_of fault_in sentence_of",
         "spans": "FaultSpan OperationSpan PlanningSpan PlanSpan RequestOutcome RequestSpan RunSpans Span spans_of",

@@ -1,7 +1,7 @@
 """The records of a run: one class for each kind of event, the ends of a run, and the state after some records.
 
 Each record has its time, in nanoseconds from the start of the runner's time, and the variables that it changed. The
-first record of a run has the whole state. The state at each moment follows from it and from the later changes, so
+first record of a trace has the whole state. The state at each moment follows from it and from the later changes, so
 coverage, requirements and charts need the trace alone.
 
 A new kind of record is one class here, with its `severity`, and one member of `Record`. mypy then names each place that
@@ -28,8 +28,8 @@ class End(StrEnum):
 
     A planner that reaches a limit, or whose incomplete search finds nothing, has not proved its problem unsolvable. So
     `planner_limit` and `no_plan_found` are ends of their own. A run is `lost` if a node disappeared: it has no trace,
-    and the tester reports this end in place of the runner. A later goal of a case is `not_started` if its `when` never
-    holds.
+    and the tester reports this end in place of the runner. A goal of a case is `not_started` if its `when` never
+    holds. A run is `impossible` from the moment on at which no maker can make a change that its case lists.
     """
 
     REACHED = "reached"
@@ -43,6 +43,7 @@ class End(StrEnum):
     MODEL_ERROR = "model_error"
     NOT_STARTED = "not_started"
     LOST = "lost"
+    IMPOSSIBLE = "impossible"
 
     @property
     def plan_state(self) -> PlanState:
@@ -66,6 +67,16 @@ class RecordSeverity(StrEnum):
 
 Changes: TypeAlias = tuple[tuple[str, Value], ...]
 """Variables that changed, in the order of the model, each with its new value."""
+
+
+class RunnerStarted(Struct, frozen=True):
+    """The runner started, without a goal: the first record of a trace. `state` has every variable."""
+
+    kind: ClassVar[str] = "runner_started"
+    severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
+    at_ns: int
+    state: Changes
+    changes: Changes = ()
 
 
 class RunStarted(Struct, frozen=True):
@@ -188,7 +199,7 @@ class RequestCancelled(Struct, frozen=True):
 
 
 class ReplyReceived(Struct, frozen=True):
-    """The reply to the request in flight arrived."""
+    """The reply to the request in flight arrived; `measured` has all values that it carried, changed or not."""
 
     kind: ClassVar[str] = "reply_received"
     at_ns: int
@@ -196,6 +207,7 @@ class ReplyReceived(Struct, frozen=True):
     resource: str
     succeeded: bool
     changes: Changes
+    measured: Changes = ()
 
     @property
     def severity(self) -> RecordSeverity:
@@ -215,13 +227,17 @@ class ReplyDropped(Struct, frozen=True):
 
 
 class MeasurementReceived(Struct, frozen=True):
-    """A resource published values, or the environment changed them; `by` is its transition, if there is one."""
+    """A resource published values, or the environment changed them; `by` is its transition, if there is one.
+
+    `measured` has all values that arrived, changed or not.
+    """
 
     kind: ClassVar[str] = "measurement"
     severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     changes: Changes
     by: str = ""
+    measured: Changes = ()
 
 
 class MeasurementRefused(Struct, frozen=True):
@@ -236,7 +252,11 @@ class MeasurementRefused(Struct, frozen=True):
 
 
 class InjectionApplied(Struct, frozen=True):
-    """An injection acted; `failed` is the operation that it made fail, if it did."""
+    """An injection acted, or a driver sent what nothing in the model could have sent.
+
+    `failed` is the operation that it made fail, if it did. It is `forced` if no source of the variables could have made
+    the change at this moment (semantics 9.10).
+    """
 
     kind: ClassVar[str] = "injection"
     severity: ClassVar[RecordSeverity] = RecordSeverity.WARNING
@@ -244,16 +264,18 @@ class InjectionApplied(Struct, frozen=True):
     injection: str
     failed: str | None
     changes: Changes
+    forced: bool = False
 
 
 class PutBack(Struct, frozen=True):
-    """A held injection ended, and restored the variables that nothing else had changed since."""
+    """A held injection ended, and restored the variables that nothing else had changed since; `forced` as there."""
 
     kind: ClassVar[str] = "put_back"
     severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     injection: str
     changes: Changes
+    forced: bool = False
 
 
 class ResourceChanged(Struct, frozen=True):
@@ -288,7 +310,8 @@ class MessageDisturbed(Struct, frozen=True):
 class RunEnded(Struct, frozen=True):
     """The run for a goal ended; `end` is the value of an `End`, and `detail` has the names that explain it.
 
-    A later goal that was never begun ends as `not_started` without a `RunStarted`; `detail` has its `when`.
+    A goal that was never begun ends without a `RunStarted`: as `not_started`, then `detail` has its `when`; or as
+    `livelock`, as automatic transitions repeat while no goal is pursued.
     """
 
     kind: ClassVar[str] = "run_ended"
@@ -310,8 +333,19 @@ class RunEnded(Struct, frozen=True):
                 return RecordSeverity.WARNING
 
 
+class LivelockedAtRest(Struct, frozen=True):
+    """Automatic transitions repeat while no goal is pursued; `detail` has their names. No goal begins any more."""
+
+    kind: ClassVar[str] = "livelocked_at_rest"
+    severity: ClassVar[RecordSeverity] = RecordSeverity.ERROR
+    at_ns: int
+    detail: tuple[str, ...]
+    changes: Changes = ()
+
+
 Record: TypeAlias = (
-    RunStarted
+    RunnerStarted
+    | RunStarted
     | PlanAsked
     | PlanReceived
     | PlanDropped
@@ -329,6 +363,7 @@ Record: TypeAlias = (
     | ResourceChanged
     | MessageDisturbed
     | RunEnded
+    | LivelockedAtRest
 )
 
 
@@ -350,12 +385,12 @@ class Trace:
 
 
 def state_after(records: Iterable[Record]) -> dict[str, Value]:
-    """Return the value of every variable after `records`; an empty dict if they start no run."""
+    """Return the value of every variable after `records`; an empty dict if they do not begin a trace."""
     state: dict[str, Value] = {}
     for record in records:
-        if isinstance(record, RunStarted):
+        if isinstance(record, (RunnerStarted, RunStarted)):
             state.update(record.state)
-        if state:  # the state at the start of a run has all earlier changes
+        if state:
             state.update(record.changes)
     return state
 

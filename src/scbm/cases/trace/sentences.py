@@ -13,6 +13,7 @@ from scbm.cases.trace.records import (
     BecameCurrent,
     End,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
@@ -27,6 +28,7 @@ from scbm.cases.trace.records import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
 )
 from scbm.model import OperationState, format_value
@@ -71,6 +73,8 @@ class Sentence(NamedTuple):
 def sentence_of(record: Record, nominal: Mapping[str, Value]) -> Sentence:  # noqa: C901, PLR0911, PLR0912 - one case for each kind of record
     """Return the sentence for `record`; `nominal` is the nominal state of the model."""
     match record:
+        case RunnerStarted():
+            return Sentence(f"the runner starts from {_values(record, nominal)}")
         case RunStarted():
             return _start(record, nominal)
         case PlanAsked():
@@ -114,6 +118,8 @@ def sentence_of(record: Record, nominal: Mapping[str, Value]) -> Sentence:  # no
         case RunEnded(end=end, detail=detail):
             words = end.replace("_", " ")
             return Sentence(f"{words}: {', '.join(detail)}" if detail else words, words)
+        case LivelockedAtRest(detail=detail):
+            return Sentence(f"livelock while no goal is pursued: {', '.join(detail)}", "livelock at rest")
         case _:
             assert_never(record)
 
@@ -150,7 +156,8 @@ def fault_in(record: Record) -> str | None:
         case MessageDisturbed(message=message, request=request, resource=resource, copies=copies):
             return f"{message} {request} of {resource} {f'arrives {copies} times' if copies else 'is lost'}"
         case (
-            (RunStarted() | RunEnded() | PlanAsked() | PlanReceived() | PlanDropped() | BecameCurrent())
+            (RunnerStarted() | RunStarted() | RunEnded() | PlanAsked() | PlanReceived() | PlanDropped())
+            | (BecameCurrent() | LivelockedAtRest())
             | (OperationStepped() | AutomaticTaken() | RequestSent() | RequestCancelled() | ReplyReceived())
             | (ReplyDropped() | MeasurementReceived() | MeasurementRefused() | PutBack())
         ):
@@ -159,9 +166,13 @@ def fault_in(record: Record) -> str | None:
             assert_never(record)
 
 
-def differing(record: RunStarted, nominal: Mapping[str, Value]) -> Changes:
+def differing(record: RunnerStarted | RunStarted, nominal: Mapping[str, Value]) -> Changes:
     """Return the variables whose values at the start of a run are not nominal, with these values."""
     return tuple((name, value) for name, value in record.state if nominal.get(name, value) != value)
+
+
+def _values(record: RunnerStarted | RunStarted, nominal: Mapping[str, Value]) -> str:
+    return assignments(differing(record, nominal)) or "the nominal state"
 
 
 def assignments(values: Changes) -> str:
@@ -176,8 +187,7 @@ def _same(words: str, number: int | None = None) -> Sentence:
 
 def _start(record: RunStarted, nominal: Mapping[str, Value]) -> Sentence:
     is_named = record.goal != record.predicate
-    values = assignments(differing(record, nominal)) or "the nominal state"
-    text = f"goal {record.predicate}{f' ({record.goal})' if is_named else ''}, from {values}"
+    text = f"goal {record.predicate}{f' ({record.goal})' if is_named else ''}, from {_values(record, nominal)}"
     return Sentence(text, "goal", f"{record.predicate}{f'  ({record.goal})' if is_named else ''}")
 
 

@@ -14,6 +14,7 @@ from scbm.cases.trace.records import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
@@ -28,6 +29,7 @@ from scbm.cases.trace.records import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
 )
 from scbm.model import OperationState
@@ -223,9 +225,9 @@ class _SpanBuilder:
                 self._end_plan(index, record)
                 self._end_operation(index, record.at_ns, None)
                 self._current = NO_OPERATION
-            case RunStarted() | PlanDropped() | ReplyDropped() | MessageDisturbed() | PutBack():
+            case RunnerStarted() | RunStarted() | PlanDropped() | ReplyDropped() | MessageDisturbed() | PutBack():
                 pass
-            case MeasurementReceived() | MeasurementRefused():
+            case MeasurementReceived() | MeasurementRefused() | LivelockedAtRest():
                 pass
             case _:
                 assert_never(record)

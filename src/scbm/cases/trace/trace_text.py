@@ -11,14 +11,14 @@ from scbm.cases.trace.records import Record, Trace
 from scbm.model import Diagnostic, InputError, Place, PlannerIdentity, Slug, Value, refuse_other_version
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """The version of the format, as `docs/reference/formats.md` describes it; it grows with every incompatible change."""
 
-PAIRED = ("changes", "state", "payload")
+PAIRED = ("changes", "state", "payload", "measured")
 """The fields that hold variables and their values; they are written as JSON objects."""
 
-_LEFT_OUT = "by"
-"""The field that is left out where it is empty."""
+_LEFT_OUT = ("by", "measured", "forced")
+"""The fields that are left out where they are empty or false."""
 
 
 def write_trace(trace: Trace) -> str:
@@ -29,11 +29,11 @@ def write_trace(trace: Trace) -> str:
 
 
 def trace_digest(trace: Trace) -> str:
-    """Return the SHA-256 of a trace, in hexadecimal digits: of its text with a header that has no planner, version 1.
+    """Return the SHA-256 of a trace, in hexadecimal digits: of its text with a header that has no planner.
 
     Planners that find the same plans give the same digest.
     """
-    header = {"format": "scbm-trace", "version": 1, "model": trace.model, "case": trace.case}
+    header = {"format": "scbm-trace", "version": FORMAT_VERSION, "model": trace.model, "case": trace.case}
     return sha256(_lines(header, trace).encode()).hexdigest()
 
 
@@ -51,7 +51,7 @@ def _record(record: Record) -> dict[str, Any]:
     written: dict[str, Any] = {"kind": record.kind}
     for name in record.__struct_fields__:
         value = getattr(record, name)
-        if name == _LEFT_OUT and not value:
+        if name in _LEFT_OUT and not value:
             continue
         written[name] = dict(value) if name in PAIRED else value
     return written
@@ -89,7 +89,7 @@ def _read_record(line: str, place: Place) -> Record:
     if kind is None:
         raise _bad("a record of an unknown kind", place)
     record_kind = f"{'an' if kind.kind[0] in 'aeiou' else 'a'} {kind.kind} record"
-    names = [name for name in kind.__struct_fields__ if name != _LEFT_OUT or name in written]
+    names = [name for name in kind.__struct_fields__ if name not in _LEFT_OUT or name in written]
     if sorted(written) != sorted(names):
         raise _bad(f"{record_kind} has the fields {', '.join(names)}", place)
     try:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.testing import Execution, Violation
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 def show_run(
@@ -60,6 +60,7 @@ def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
         "excused": [excuse.value for excuse in execution.verdict.excuses],
         "failures": [str(failure) for failure in execution.verdict.failures],
         "unused": list(execution.unused),
+        "notes": list(execution.notes),
         "violations": [_violation(violation) for violation in execution.violations],
         "simulated_seconds": execution.ended_ns / 1e9,
         "trace": records_json(execution.trace),

@@ -24,7 +24,7 @@ from scbm.reports.figure_table import shown_path
 from scbm.reports.terminal.explanation_report import case_lines, explanation_lines
 from scbm.testing import Execution, Tester
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 def command(

@@ -194,7 +194,13 @@ def command(
         parts += (
             [
                 missing_lines(
-                    history.model, history.coverage, history.source.path, columns, history.decided, history.lifted
+                    history.model,
+                    history.coverage,
+                    history.source.path,
+                    columns,
+                    history.decided,
+                    history.lifted,
+                    history.forced,
                 )
             ]
             if missing

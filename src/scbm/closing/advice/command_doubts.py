@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.closing.advice.doubts import Doubt
-from scbm.closing.proofs.blame import conjuncts
 from scbm.model import Assign, Constant, Slug, VariableSource, format_value
+from scbm.model.predicates import conjuncts
 from scbm.model.sources import changed_from_outside, replied
 from scbm.testing.request_protocol import assigns, sets, transitions_of
 

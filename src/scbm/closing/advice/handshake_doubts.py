@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from scbm.closing.advice.command_doubts import doubts_about_commands
 from scbm.closing.advice.doubts import Doubt, completes_at_once
-from scbm.closing.proofs.blame import conjuncts
 from scbm.model import Assign, Constant, Equal, OperationState, Reference, RequestState, Slug
+from scbm.model.predicates import conjuncts
 from scbm.model.variables import CURRENT_STATE, operation_state_name
 from scbm.testing.request_protocol import assigns, clears, sets
 

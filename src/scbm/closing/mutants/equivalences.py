@@ -14,8 +14,8 @@ from scbm.closing.mutants.runner_differences import RunnerDifferences
 from scbm.closing.mutants.witness_search import WitnessSearch, differ_only_in_payloads, first_difference
 from scbm.closing.mutants.world_differences import WorldDifferences
 from scbm.closing.runs.all_runs import CloseLimits
-from scbm.closing.runs.situations import PlanningTooLargeError
 from scbm.model import PlanSet
+from scbm.running.untimed.situations import PlanningTooLargeError
 from scbm.testing.mutants import MutantResult, MutantStatus
 
 if TYPE_CHECKING:

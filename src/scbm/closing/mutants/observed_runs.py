@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from scbm.closing.runs.all_runs import CloseLimits
     from scbm.closing.runs.run_graph import RunGraph
-    from scbm.closing.runs.situations import Position
     from scbm.model import BehaviorModel, PlanSet
+    from scbm.running.untimed.situations import Position
 
 
 class StateOfGoal(NamedTuple):

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from scbm.closing.mutants.observed_runs import StateOfGoal
 from scbm.closing.mutants.runner_differences import StateDifference
-from scbm.closing.runs.run_answers import RunAnswers
 from scbm.model import PlanSet
 from scbm.model.sources import still
 from scbm.planning import Planner, Solved, Unsolvable
-from scbm.proofcheck import Awaits
+from scbm.running.untimed.run_answers import RunAnswers
+from scbm.running.untimed.situations import WaitsFor
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scbm.planning import Answer
     from scbm.running import Program
 
-_WAITING = (Awaits.CHANGE, Awaits.STALE)
+_WAITING = (WaitsFor.CHANGE, WaitsFor.STALE)
 """The waits of a runner that may ask for a plan again, or not, after the planner found no plan."""
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from scbm.closing.mutants.observed_runs import StateOfGoal
 from scbm.closing.runs.run_graph import Start, steps_from
-from scbm.closing.runs.situations import DEADLINE, TIME_LIMIT, Happening
 from scbm.closing.scripts.outside_walks import ShownWalks
+from scbm.running.untimed.situations import DEADLINE, TIME_LIMIT, Happening
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -24,16 +24,16 @@ _Label: TypeAlias = Happening | int | None
 
 
 class _WalkToState(NamedTuple):
-    """A walk to a place, and over an edge from there; at the end the time limit may pass."""
+    """A walk to a node, and over an edge from there; at the end the time limit may pass."""
 
     walks: ShownWalks
-    place: int
+    node: int
     edge: Edge | None
     is_cut_short: bool = False
 
     @property
     def path(self) -> RunPath:
-        path = self.walks.path(self.place, self.edge)
+        path = self.walks.path(self.node, self.edge)
         if not self.is_cut_short:
             return path
         *before, last = path.runs
@@ -91,7 +91,6 @@ class _GraphSearch:
         self._goals = observed.goals_of(number)
         goals = [runs.model.goals[goal][1] for goal in self._goals]
         self._steps = [runs.steps(goal, position) for position, goal in enumerate(goals)]
-        self._starts_at_rest = observed.is_sequence or runs.scope.from_rest
         self._on_edges: dict[int, dict[_Label, list[StateOfGoal]]] = {}
 
     def note(
@@ -104,16 +103,15 @@ class _GraphSearch:
         """Note the first walk of this kind to each state, and to each deadline that passes."""
         walks = ShownWalks(self._graph, cuts_short=cuts_short)
         known: dict[StateOfGoal, None] = {}
-        for place, edge in walks:
-            node = walks.node(place)
+        for node, edge in walks:
             label = self._graph.label(edge.number)
             on_edges = self._states_on_edges(node)
             if label is DEADLINE:
                 position = self._graph.positions[node - 1]
                 where = StateOfGoal(self._observed.goal_of(self._number, position), position.state)
-                deadlines.setdefault(where, _WalkToState(walks, place, edge))
-            own = _WalkToState(walks, place, edge), label.packed if isinstance(label, Start) else label
-            for walk, key in (own, (_WalkToState(walks, place, None, is_cut_short=True), None)):
+                deadlines.setdefault(where, _WalkToState(walks, node, edge))
+            own = _WalkToState(walks, node, edge), label.packed if isinstance(label, Start) else label
+            for walk, key in (own, (_WalkToState(walks, node, None, is_cut_short=True), None)):
                 for where in on_edges.get(key, ()):
                     if where not in known:
                         known[where] = None
@@ -132,8 +130,7 @@ class _GraphSearch:
             yield None, self._take_evaluated()
             return
         for start in self._graph.starts:
-            if not self._starts_at_rest:
-                self._steps[0].begin(start.packed)
+            self._steps[0].start(start.packed)
             yield start.packed, self._take_evaluated()
 
     def _take_evaluated(self) -> list[StateOfGoal]:

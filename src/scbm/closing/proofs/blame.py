@@ -11,8 +11,8 @@ from operator import or_
 from typing import TYPE_CHECKING
 
 from scbm.closing.summaries import listed
-from scbm.model import And, OperationState, Predicate, Role, conjunction, format_value
-from scbm.model.predicates import TRUE
+from scbm.model import OperationState, Predicate, Role, conjunction, format_value
+from scbm.model.predicates import TRUE, conjuncts
 from scbm.model.satisfiability import is_satisfiable
 
 if TYPE_CHECKING:
@@ -20,13 +20,6 @@ if TYPE_CHECKING:
 
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.model import BehaviorModel, Packing, StateSpace, Transition, Value
-
-
-def conjuncts(predicate: Predicate) -> tuple[Predicate, ...]:
-    """Return the conjuncts of a predicate, those of nested conjunctions included."""
-    if not isinstance(predicate, And):
-        return (predicate,)
-    return tuple(part for operand in predicate.operands for part in conjuncts(operand))
 
 
 def blame(predicates: Sequence[Predicate], can_hold: Callable[[Predicate], bool]) -> tuple[Predicate, ...]:

@@ -34,7 +34,16 @@ from scbm.model.sources import outside_groups
 from scbm.model.variables import CURRENT_STATE, operation_state_name
 from scbm.planning import planner_of
 from scbm.planning.engines import may_leave
-from scbm.proofcheck import Certificate, Fact, GoalRuns, RunsArgument, Situation, StructureArgument, ValuesArgument
+from scbm.proofcheck import (
+    Awaits,
+    Certificate,
+    Fact,
+    GoalRuns,
+    RunsArgument,
+    Situation,
+    StructureArgument,
+    ValuesArgument,
+)
 from scbm.running.lifecycle import OperationPart, is_current_in, states_trying
 
 if TYPE_CHECKING:
@@ -253,7 +262,7 @@ def _runs_argument(runs: AllRuns) -> RunsArgument:
                 goal = number if runs.goals is GoalOrder.SINGLE else position.goal
                 queue = contents[goal](position.queue)
                 in_flight = tuple(resources[number].resource.name for number in position.in_flight)
-                found[goal].append(Situation(read(position.state), queue, in_flight, position.awaits))
+                found[goal].append(Situation(read(position.state), queue, in_flight, Awaits(position.awaits.value)))
     parts = zip(runs.model.goals, found, strict=True)
     named = (GoalRuns(name, tuple(situations), runs.planned_names(goal)) for (name, goal), situations in parts)
     return RunsArgument(names, tuple(named), runs.goals, runs.plans)
@@ -265,8 +274,7 @@ _MAX_OF_ANY_PLANS = 100_000
 
 def scope_of_proofs(model: BehaviorModel, plans: PlanSet = PlanSet.CANONICAL) -> RunScope:
     """Return which runs proofs about a model are about."""
-    outside = outside_groups(model)
-    return RunScope(outside, model.runs.goals, plans, from_rest=bool(outside))
+    return RunScope(bool(outside_groups(model)), model.runs.goals, plans)
 
 
 def explored_for_proofs(

@@ -11,26 +11,27 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.trace import End
 from scbm.closing.requirements.request_monitor import ViolatingWalk
-from scbm.closing.runs.run_notes import NoteKind
-from scbm.closing.runs.situations import PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind
 from scbm.closing.runs.walks import path_along
 from scbm.model import Assign, Constant, GoalOrder, LatencyShape, OperationState
 from scbm.model.requirements import BuiltIn
 from scbm.model.variables import CURRENT_STATE
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.running.lifecycle import timer_ns
+from scbm.running.untimed.run_notes import NoteKind
+from scbm.running.untimed.situations import PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind
+from scbm.testing.request_faults import RequestFate, is_at_fault
 from scbm.testing.request_protocol import sets
 from scbm.testing.verdicts import ExcuseRules
-from scbm.testing.withheld_changes import OutsideHelp
+from scbm.testing.waiting_runs import OutsideHelp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import Edge, RunGraph
-    from scbm.closing.runs.situations import Position
     from scbm.model import Action, BehaviorModel, Latency, Resource
     from scbm.running.program import RequestLine
+    from scbm.running.untimed.situations import Position
 
 _NONE = -1
 _NOT_JUDGED = (End.REACHED, End.LIVELOCK, End.MODEL_ERROR)
@@ -130,9 +131,10 @@ class RecoverySearch:
             for edge, following in self._following(graph, place):
                 if following.node >= 0:
                     yield edge, following
-            if not place.has_fault and place.node:
+            if not place.has_fault and place.node:  # in a settled position time passes, until a reply is overdue
                 for resource in graph.positions[place.node - 1].in_flight:
-                    yield None, FaultPlace(place.node, has_fault=True, missing=resource)
+                    overdue = is_at_fault(RequestFate(is_overdue=True))
+                    yield None, FaultPlace(place.node, has_fault=overdue, missing=resource)
 
         self._searches[number] = search = BreadthFirst((FaultPlace(0),), successors)
         search.expand(self._left)
@@ -154,7 +156,8 @@ class RecoverySearch:
             if position is not None and isinstance(label, Happening):
                 if not self._can_happen(label, position, place):
                     continue
-                has_fault = has_fault or (label.kind is HappeningKind.REPLY and not label.succeeded)
+                has_failed = label.kind is HappeningKind.REPLY and not label.succeeded
+                has_fault = has_fault or is_at_fault(RequestFate(has_failed=has_failed))
             is_waiting = is_waiting and not self._goes_on(graph, edge)
             yield edge, FaultPlace(edge.target, has_fault, self._still_missing(graph, edge, place.missing))
 

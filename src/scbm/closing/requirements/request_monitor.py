@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from scbm.closing.runs.run_notes import NoteKind, RunNote
-from scbm.closing.runs.situations import PLAN_LIMIT
 from scbm.closing.runs.walks import path_along
-from scbm.closing.scripts.outside_walks import shown_edges
+from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
 from scbm.model import OperationState, RequestState
 from scbm.model.requirements import BuiltIn
 from scbm.planning.engines.breadth_first import BreadthFirst
+from scbm.running.untimed.run_notes import NoteKind, RunNote
+from scbm.running.untimed.situations import PLAN_LIMIT
 from scbm.testing.request_protocol import RequestProtocol
 
 if TYPE_CHECKING:
@@ -217,11 +217,11 @@ class RequestSearch:
         found: list[tuple[str, tuple[int, RequestMemory], Edge]] = []
 
         def successors(place: tuple[int, RequestMemory]) -> Iterator[_Step]:
-            for edge, following in shown_edges(graph, place[0], cuts_short=cuts_short):
+            for edge, goes_on in shown_edges(graph, place[0], WalkKind(cuts_short=cuts_short)):
                 for judged in self._judged(graph, edge, place[1]):
                     found.extend((name, place, edge) for name in judged.violated if name in names)
-                    if following is not None:
-                        yield edge, (following, judged.memory)
+                    if goes_on:
+                        yield edge, (edge.target, judged.memory)
 
         search = BreadthFirst(((0, _NOTHING),), successors)
         while search.frontier and search.expanded < self._most:

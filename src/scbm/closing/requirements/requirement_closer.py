@@ -28,7 +28,7 @@ from scbm.model.requirements import BuiltIn
 from scbm.planning import PlanCache
 from scbm.testing import RandomCases, Shrinker, Tester
 from scbm.testing.built_in_requirements import BUILT_INS
-from scbm.testing.shrinking import UnshrinkableError
+from scbm.testing.shrinking.shrinker import UnshrinkableError
 from scbm.testing.verdicts import FailureKind
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ class RequirementCloser:
 
     def _follow_runs(self, asked: Sequence[str]) -> None:
         scope = replace(scope_of_proofs(self._model, self._model.runs.plans), keeps_notes=True)
-        closed = replace(scope, outside=(), from_rest=False)
+        closed = replace(scope, is_open=False)
         if any(name in asked for name in RequestMonitor.judges):
             runs = self._explored(scope)
             self._judge_requests(runs, [name for name in RequestMonitor.judges if name in asked])
@@ -242,7 +242,7 @@ class RequirementCloser:
             return "in all runs, as they send no requests"
         if name == BuiltIn.RECOVERS.value and self._is_any_waiting:
             return "in all runs that do not wait for a change from outside; the others are not judged"
-        if name == BuiltIn.RECOVERS.value and scope_of_proofs(self._model).outside:
+        if name == BuiltIn.RECOVERS.value and scope_of_proofs(self._model).is_open:
             return "in all runs in which nothing changes from outside"
         return "in all runs"
 

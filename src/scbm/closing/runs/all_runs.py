@@ -8,23 +8,23 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
-from scbm.closing.runs.plan_queues import CanonicalQueues, QueuesByDistance
-from scbm.closing.runs.run_answers import SATISFICING_SHARE, RunAnswers
-from scbm.closing.runs.run_graph import Relevance, RunGraph, explore_runs, initial_states
-from scbm.closing.runs.run_notes import NotedSteps
-from scbm.closing.runs.run_steps import RunSteps
-from scbm.closing.runs.situations import TooManyRepliesError, Visits
+from scbm.closing.runs.run_graph import RunGraph, explore_runs, initial_states
 from scbm.model import GoalOrder, PlanSet
 from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
+from scbm.running.untimed.plan_queues import CanonicalQueues, QueuesByDistance
+from scbm.running.untimed.relevance import Relevance
+from scbm.running.untimed.run_answers import SATISFICING_SHARE, RunAnswers
+from scbm.running.untimed.run_notes import NotedSteps
+from scbm.running.untimed.run_steps import RunSteps
+from scbm.running.untimed.situations import TooManyRepliesError, Visits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from scbm.closing.runs.plan_queues import PlanQueues
     from scbm.closing.runs.run_graph import Start
     from scbm.model import BehaviorModel, Predicate, Value
-    from scbm.model.sources import OutsideGroup
+    from scbm.running.untimed.plan_queues import PlanQueues
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,19 +59,17 @@ class RunScope:
     """Which runs are explored.
 
     Attributes:
-        outside: what something outside the model changes at settled moments; empty for a closed world.
+        is_open: whether something outside the model changes variables at settled moments.
         goals: whether each run has one goal, or goals follow each other.
         plans: the plans that the runner may get. For others than canonical plans the planner of the model makes no
             difference.
-        from_rest: whether something may change before the first goal is given; always where goals follow each other.
         keeps_all: whether states keep all variables, also those that cannot influence a run of the model.
         keeps_notes: whether edges have notes about what happens to operations and requests.
     """
 
-    outside: tuple[OutsideGroup, ...] = ()
+    is_open: bool = False
     goals: GoalOrder = GoalOrder.SINGLE
     plans: PlanSet = PlanSet.CANONICAL
-    from_rest: bool = False
     keeps_all: bool = False
     keeps_notes: bool = False
 
@@ -137,8 +135,6 @@ class AllRuns:
         self.option: str | None = None
         self.is_interrupted = False
         self._limits = limits
-        self._outside = scope.outside
-        self._from_rest = scope.from_rest
         self._until = until
         self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
         if explores:
@@ -195,7 +191,9 @@ class AllRuns:
 
     def _explore(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         try:
-            self.starts, complete = initial_states(self.model, self.program, self.relevance, limits.starts)
+            self.starts, complete = initial_states(
+                self.model, self.program, self.relevance, limits.starts, is_open=self.scope.is_open
+            )
             if not complete:
                 self.stopped = f"there are more than {limits.starts:,} combinations of initial values"
             if self.planner.entry.is_external:
@@ -216,9 +214,7 @@ class AllRuns:
             progress(which)
             steps = self.steps(goal)
             count = _Counted(which, left, progress).count
-            graph = explore_runs(
-                ((name, goal),), [steps], self.starts, left, count, from_rest=self._from_rest, until=self._until
-            )
+            graph = explore_runs(((name, goal),), [steps], self.starts, left, count, until=self._until)
             self.graphs = (*self.graphs, graph)
             self._observe(steps)
             left -= len(graph.positions)
@@ -230,7 +226,7 @@ class AllRuns:
         steps = [self.steps(goal, number) for number, (_, goal) in enumerate(self.model.goals)]
         count = _Counted(which, limits.situations, progress).count
         most = limits.situations
-        graph = explore_runs(self.model.goals, steps, self.starts, most, count, from_rest=True, until=self._until)
+        graph = explore_runs(self.model.goals, steps, self.starts, most, count, until=self._until)
         self.graphs = (graph,)
         for each in steps:
             self._observe(each)
@@ -266,8 +262,8 @@ class AllRuns:
             self.program.test(goal),
             self.answers.to(goal),
             self.queues(goal),
-            self._outside,
             number=number,
+            is_open=self.scope.is_open,
             is_sequence=self.goals is GoalOrder.SEQUENCE,
         )
 

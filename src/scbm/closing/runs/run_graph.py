@@ -1,8 +1,8 @@
 """The graph of all runs for one goal, or for goals that follow each other: positions as nodes, events as edges.
 
 The graph starts in the initial states that differ in relevant variables. Other variables, such as the parameters of
-requests, would only multiply the situations. Where goals follow each other, the runner at rest between two runs is a
-position, too: each goal can be given there, and each end of a run leads to such a position.
+requests, would only multiply the situations. First the runner settles without a goal. The runner at rest, where a goal
+can be given, is a position, too. Where goals follow each other, each end of a run leads to such a position.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from math import prod
 from operator import ne
 from typing import TYPE_CHECKING, NamedTuple
 
-from scbm.closing.runs.situations import (
+from scbm.model import InitialStates
+from scbm.planning.engines.breadth_first import BreadthFirst
+from scbm.running.untimed.situations import (
     ANSWER,
     PLAN_LIMIT,
     Happening,
@@ -24,18 +26,16 @@ from scbm.closing.runs.situations import (
     RunStep,
     world_bits,
 )
-from scbm.model import Role, Truth
-from scbm.planning.engines import Move, MovePart, TransitionSystem, relevant
-from scbm.planning.engines.breadth_first import BreadthFirst
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from scbm.closing.runs.run_notes import RunNote
-    from scbm.closing.runs.run_steps import RunSteps
-    from scbm.closing.runs.situations import Position
-    from scbm.model import BehaviorModel, Packing, Predicate, Value
+    from scbm.model import BehaviorModel, Predicate, Value
     from scbm.running import Program
+    from scbm.running.untimed.relevance import Relevance
+    from scbm.running.untimed.run_notes import RunNote
+    from scbm.running.untimed.run_steps import RunSteps
+    from scbm.running.untimed.situations import Position
 
 
 class Start(NamedTuple):
@@ -141,7 +141,6 @@ def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
     most: int,
     progress: Callable[[int], None] | None = None,
     *,
-    from_rest: bool = False,
     until: int = 0,
 ) -> RunGraph:
     """Explore all runs for goals breadth-first, so that a limit cuts off the most distant positions.
@@ -152,10 +151,9 @@ def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
         starts: the initial states.
         most: the maximum number of positions.
         progress: called at intervals with the number of positions.
-        from_rest: whether the runner is at rest first, so that something may change before a goal is given.
         until: bits of visits; the exploration ends when it has visited all of them. 0 for no such end.
     """
-    exploration = _RunExploration(steps, most, progress, from_rest=from_rest, until=until)
+    exploration = _RunExploration(steps, most, progress, until=until)
     return exploration.explore(goals, starts)
 
 
@@ -186,11 +184,9 @@ class _RunExploration:
         most: int,
         progress: Callable[[int], None] | None,
         *,
-        from_rest: bool,
         until: int,
     ) -> None:
         self._steps = steps
-        self._from_rest = from_rest
         self._until = until
         self._left = until
         self._progress = progress
@@ -253,10 +249,9 @@ class _RunExploration:
         return self._until != 0 and not self._left
 
     def _first_steps(self) -> Iterator[tuple[Start, RunStep]]:
-        """Yield the initial states, with their successors."""
+        """Yield the initial states, with what follows until the runner is settled without a goal."""
         for start in self._starts:
-            rest = self._steps[0].initial(start.packed)
-            yield start, RunStep(rest, 0) if self._from_rest else self._steps[0].begin(start.packed)
+            yield start, self._steps[0].start(start.packed)
 
     def _record(self, node: int, label: Happening | Start, step: RunStep, found: list[tuple[int, int]]) -> None:
         """Record the edges of a step, mostly one, and add the number and the target of each that ends no run."""
@@ -284,7 +279,7 @@ class _RunExploration:
     ) -> None:
         """Record an edge; its target is -1 if the run ends, or there are too many positions."""
         if rests:
-            position = self._steps[0].initial(rests[0])
+            position = self._steps[0].rest(rests[0])
         target = -1
         if position is not None:
             target = self._nodes.get(position, 0)
@@ -326,70 +321,33 @@ def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[in
     return reach
 
 
-class Relevance:
-    """The variables of the running space that decide what can happen in a run; or all of them.
-
-    Attributes:
-        packing: the packing of the running space.
-        names: the relevant variables, in the order of the space.
-        mask: their bits.
-    """
-
-    def __init__(self, model: BehaviorModel, packing: Packing, *, keeps_all: bool = False) -> None:
-        self.packing = packing
-        self.names = relevant(_steps(model), _observed_names(model)).names
-        if keeps_all:
-            self.names = packing.space.names
-        self.mask = sum(packing[name].mask for name in self.names)
-
-
-def _steps(model: BehaviorModel) -> TransitionSystem:
-    """Return everything that changes variables in runs, each as a move of its own."""
-    parts = [MovePart(transition.running_guard, transition.running_actions) for transition in model.transitions]
-    parts += [MovePart(Truth(True), operation.timedout) for operation in model.operations]
-    parts += [MovePart(transition.guard, transition.actions) for transition in model.environment]
-    return TransitionSystem(model.running_space, tuple(Move(str(number), (part,)) for number, part in enumerate(parts)))
-
-
-def _observed_names(model: BehaviorModel) -> Iterator[str]:
-    """Yield the variables that goals read, those that automatic transitions change, and all that are not declared."""
-    for _, goal in model.goals:
-        yield from goal.reads()
-    for transition in model.automatic_transitions:
-        yield from (action.target for action in transition.running_actions)
-    yield from (variable.name for variable in model.running_space if variable.role is not Role.DECLARED)
-
-
 def initial_states(
-    model: BehaviorModel, program: Program, relevance: Relevance, most: int
+    model: BehaviorModel, program: Program, relevance: Relevance, most: int, *, is_open: bool
 ) -> tuple[tuple[Start, ...], bool]:
     """Return the initial states of runs that differ in relevant variables, those nearest to the nominal state first.
 
-    Runs start in the nominal state, too, even if random values leave it out, unless `initial_states` forbids it.
+    Args:
+        model: the model.
+        program: the compiled model.
+        relevance: the variables that can influence a run.
+        most: of the combinations of values at most so many are enumerated.
+        is_open: whether variables that change freely from outside begin with any of their values.
 
     Returns:
-        The states, and whether these are all: of the combinations of random values at most `most` are enumerated.
+        The states, and whether these are all.
     """
     found: dict[int, Start] = {}
-    choices = _choices(model, relevance)
-    for combination in islice(product(*choices), most):
-        values = dict(zip(model.space.names, combination, strict=True))
-        if model.initial_states.holds(values):
-            packed = world_bits(program, values)
-            found.setdefault(packed & relevance.mask, Start(values, packed))
-    nominal = model.nominal_state
-    if model.initial_states.holds(nominal):
-        packed = world_bits(program, nominal)
-        found.setdefault(packed & relevance.mask, Start(dict(nominal), packed))
-    nearest = sorted(found.values(), key=lambda start: sum(nominal[name] != v for name, v in start.values.items()))
-    return tuple(nearest), prod(map(len, choices)) <= most
-
-
-def _choices(model: BehaviorModel, relevance: Relevance) -> list[list[Value]]:
-    """Return the random values of each variable, the nominal one first; only this one if it is irrelevant."""
+    nominal, left, is_complete = model.nominal_state, most, True
     read = dict.fromkeys((*relevance.names, *model.initial_states.reads()))
-    nominal_first = [sorted(v.random, key=partial(ne, v.initial)) for v in model.space]
-    return [
-        values if variable.name in read else values[:1]
-        for variable, values in zip(model.space, nominal_first, strict=True)
-    ]
+    for beginning in InitialStates(model).beginnings(is_open=is_open):
+        nominal_first = [sorted(known, key=partial(ne, nominal[name])) for name, known in beginning.items()]
+        choices = [known if name in read else known[:1] for name, known in zip(beginning, nominal_first, strict=True)]
+        for combination in islice(product(*choices), left):
+            values = dict(zip(beginning, combination, strict=True))
+            if model.initial_states.holds(values):
+                packed = world_bits(program, values)
+                found.setdefault(packed & relevance.mask, Start(values, packed))
+        count = prod(map(len, choices))
+        is_complete, left = is_complete and count <= left, max(0, left - count)
+    nearest = sorted(found.values(), key=lambda start: sum(nominal[name] != v for name, v in start.values.items()))
+    return tuple(nearest), is_complete

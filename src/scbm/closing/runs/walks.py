@@ -7,14 +7,14 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from scbm.closing.runs.run_graph import Edge, RunGraph, Start
-from scbm.closing.runs.situations import HappeningKind
 from scbm.planning.engines.breadth_first import BreadthFirst
+from scbm.running.untimed.situations import HappeningKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.closing.runs.situations import Happening
     from scbm.model import Predicate
+    from scbm.running.untimed.situations import Happening
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,27 +146,24 @@ def _walk(graph: RunGraph, edges: Sequence[Edge]) -> Walk:
 def path_along(graph: RunGraph, edges: Sequence[Edge]) -> RunPath:
     """Return the path of edges that begins with an initial state.
 
-    What happens before the first goal is left out: no case can say it. If the path ends with a runner at rest, the
-    first goal is given once more, as a case ends with its last goal.
+    If the path ends with a runner at rest, the first goal is given once more, as a case ends with its last goal.
     """
     start = graph.label(edges[0].number)
     assert isinstance(start, Start)  # noqa: S101 - the edges of node 0 are the starts
-    drafts = [_PathDraft(graph.goal)]
-    if graph.is_at_rest(edges[0].target):
-        drafts = []
+    drafts: list[_PathDraft] = []
     before: list[Happening] = []
     for source, edge in pairwise(edges):
         label = graph.label(edge.number)
         assert not isinstance(label, Start)  # noqa: S101 - all edges but the first are events
         if label.kind is HappeningKind.GOAL:
-            drafts.append(_PathDraft(graph.goals[label.number], before if drafts else []))
+            drafts.append(_PathDraft(graph.goals[label.number], before))
             before = []
         elif not graph.is_at_rest(source.target):
             drafts[-1].happenings.append(label)
         elif label.kind is HappeningKind.OUTSIDE:
             before.append(label)
     if before or not drafts:
-        drafts.append(_PathDraft(graph.goal, before if drafts else []))
+        drafts.append(_PathDraft(graph.goal, before))
     return RunPath(start, tuple(PathRun(each.goal, tuple(each.happenings), tuple(each.before)) for each in drafts))
 
 

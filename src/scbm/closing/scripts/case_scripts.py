@@ -1,7 +1,7 @@
-"""Cases from paths: what a case has to say about requests so that its run follows a path.
+"""Cases from paths: what a case has to say about requests and changes so that its run follows a path.
 
-A real runner follows the path, event by event, at plausible times: a default reply arrives when default replies do.
-Default behavior is then left out of the case.
+A real runner follows the path, event by event, at plausible times: a default reply arrives when default replies do, and
+environment transitions act at their rates, where that is possible. Default behavior is then left out of the case.
 """
 
 from __future__ import annotations
@@ -9,18 +9,27 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, assert_never
 
-from scbm.cases import Case, CaseGoal, CaseLimits, Condition, ConditionKind, Injection, OutcomeRule
+from scbm.cases import (
+    Case,
+    CaseGoal,
+    CaseLimits,
+    Condition,
+    ConditionKind,
+    EnvironmentChange,
+    Injection,
+    OutcomeRule,
+)
 from scbm.cases.trace import BecameCurrent, OperationStepped, RunStarted
-from scbm.closing.runs.situations import MAX_ANSWERS, Happening, HappeningKind
-from scbm.model import Constant, Equal, OperationState, Outcome, PlanState, Reference, RequestState, State, conjunction
-from scbm.model.variables import PLAN_STATE
+from scbm.model import Constant, Equal, OperationState, Outcome, Reference, State, conjunction
 from scbm.planning import PlanLimits, Solved
 from scbm.running import (
     AskPlan,
     CancelRequest,
     Effect,
+    Event,
     GoalGiven,
     InjectionGiven,
+    Measured,
     PlanAnswered,
     PlanStatus,
     ReplyArrived,
@@ -29,12 +38,16 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
+from scbm.running.outside_changes import OtherUser, TransitionMaker
 from scbm.running.simulation import PlainReactions
+from scbm.running.simulation.rate_watch import RateWatch
+from scbm.running.untimed.situations import MAX_ANSWERS, Happening, HappeningKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scbm.cases import Reaction
+    from scbm.cases.trace import Changes
     from scbm.closing.runs.walks import PathRun, RunPath
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.planning import PlanCache
@@ -45,7 +58,8 @@ _A_MOMENT_NS = 1_000_000
 _A_WHILE_NS = 100_000_000
 _AT_ONCE_PLANS = 10**9
 _DEFAULTS = RunnerOptions()
-_OCCUPIED = RequestState.EXECUTING.value
+_PLANNING_NS = 1_000_000_000
+"""How long plans take where something happens while one is awaited."""
 _TAKEN = Condition(ConditionKind.OCCUPIED)
 
 
@@ -98,17 +112,18 @@ class CaseScripts:
         """
         run = _ScriptedRun(self, path)
         run.follow()
-        if run.needs_limit:  # the run goes on after a time limit that was not known before
-            run = _ScriptedRun(self, path, run.ends_ns)
+        while run.needs_again:  # with a time limit or a time for plans that was not known before
+            run = _ScriptedRun(self, path, run.ends_ns, run.planning_ns)
             run.follow()
         if missing is not None:
             run.lose_reply(missing)
         initial = State(self.model.space, dict(path.start.values))
         goals = _goals(path)
         first = goals[0]
-        injections = tuple(run.injections)
-        case = Case(name, first.name, first.predicate, initial, tuple(run.rules()), injections, limits=run.limits)
-        return case.with_goals(goals)
+        rules, injections = tuple(run.rules()), tuple(run.injections)
+        case = Case(name, first.name, first.predicate, initial, rules, injections, limits=run.limits)
+        environment = tuple(run.changes) or None
+        return replace(case, environment=environment, planning_ns=run.planning_ns).with_goals(goals)
 
 
 def _goals(path: RunPath) -> tuple[CaseGoal, ...]:
@@ -125,36 +140,42 @@ class _ScriptedRun:
     """A real runner that follows a path.
 
     Attributes:
-        injections: the changes from outside.
+        changes: the changes from outside.
+        injections: the times in which other users occupy resources.
         ends_ns: the time limit of each goal; `None` if it ends no run.
-        needs_limit: whether the path goes on after a run that a time limit ends, so that the run has to know it.
+        planning_ns: how long plans take.
+        needs_again: whether the path has to be followed once more, with another time limit or another time for plans.
     """
 
-    def __init__(self, scripts: CaseScripts, path: RunPath, ends_ns: int | None = None) -> None:
+    def __init__(self, scripts: CaseScripts, path: RunPath, ends_ns: int | None = None, planning_ns: int = 0) -> None:
         self._path = path
         self._planner = scripts.plans
         self._plan_limits = PlanLimits.of(scripts.model)
         self._plain = scripts.plain
         options = RunnerOptions(_NEVER_NS if ends_ns is None else ends_ns, _AT_ONCE_PLANS)
+        self._program = scripts.program
         self._runner = Runner(scripts.program, path.start.values, options)
+        self._rates = RateWatch(scripts.program)
         self._now_ns = 0
         self._requests: dict[int, _ScriptedRequest] = {}
         self._in_flight: dict[str, int] = {}
         self._counts: dict[str, int] = {}
         self._operation: str | None = None
         self._asked: AskPlan | None = None
+        self._asked_ns = 0
         self._plans = 0
         self._events = 0
-        self._request_states = {each.request_state: each.name for each in scripts.model.resources if each.shared}
         self._knows_limit = ends_ns is not None
         self._began_ns = 0
         self._left = [happening for run in path.runs for happening in (*run.before, *run.happenings)]
         self.ends_ns = ends_ns
-        self.needs_limit = False
+        self.planning_ns = planning_ns
+        self.needs_again = False
+        self.changes: list[EnvironmentChange] = []
         self.injections: list[Injection] = []
-        self._note_pending()
+        self._runner.changes_pending = lambda _: any(each.kind is HappeningKind.OUTSIDE for each in self._left)
         for goal in _goals(path):
-            self._perform(self._runner.handle(GoalGiven(goal.name, goal.predicate, goal.when), 0))
+            self._handle(GoalGiven(goal.name, goal.predicate, goal.when))
 
     def follow(self) -> None:
         """Let all events of the path happen, in order, until one cannot."""
@@ -164,7 +185,7 @@ class _ScriptedRun:
             for run in self._path.runs:
                 for change in run.before:
                     self._go_on(is_at_rest=True)
-                    self._inject(change)
+                    self._change(change)
                 for happening in run.happenings:
                     if answers_alone:
                         self._answer_if_alone()
@@ -181,7 +202,6 @@ class _ScriptedRun:
 
     def _go_on(self, *, is_at_rest: bool) -> None:
         """Prepare for the next event of the path; raise `_StrayedError` if it cannot happen."""
-        self._note_pending()
         if self._runner.is_at_rest != is_at_rest:
             raise _StrayedError
         del self._left[0]
@@ -200,19 +220,15 @@ class _ScriptedRun:
                 if self._asked is not None:  # else it has answered, as nothing but a change could come first
                     self._answer()
             case HappeningKind.OUTSIDE:
-                self._inject(happening)
+                self._change(happening)
             case HappeningKind.GIVE_UP:
                 pass  # a simulated run ends where no plan exists, unless an injection is pending
             case HappeningKind.PLAN_LIMIT:  # no case is made of runs that go on after it
                 raise _StrayedError
-            case HappeningKind.NEXT | HappeningKind.GOAL | HappeningKind.SETTLE:
+            case HappeningKind.NEXT | HappeningKind.GOAL:
                 raise ValueError(f"no case is made of runs in which this happens: {happening.kind.value}")
             case _:
                 assert_never(happening.kind)
-
-    def _note_pending(self) -> None:
-        """Let the runner know whether the rest of the path has changes from outside."""
-        self._runner.changes_pending = any(happening.kind is HappeningKind.OUTSIDE for happening in self._left)
 
     def _reach_time_limit(self, run: PathRun) -> None:
         """Let the time limit end a run; if it is not known yet, choose it and go no further."""
@@ -221,8 +237,27 @@ class _ScriptedRun:
             return
         self.ends_ns = self._soon_ns() - self._began_ns
         if run is not self._path.runs[-1]:
-            self.needs_limit = True
+            self.needs_again = True
             raise _StrayedError
+
+    def _take_time_to_plan(self) -> None:
+        """Begin again if something happens while a plan is awaited, and plans take no time."""
+        if self._asked is not None and not self.planning_ns:
+            self.planning_ns, self.needs_again = _PLANNING_NS, True
+            raise _StrayedError
+
+    @property
+    def _answer_ns(self) -> int:
+        """The time at which the planner answers; far away if it was not asked."""
+        return _NEVER_NS if self._asked is None else self._asked_ns + self.planning_ns
+
+    @property
+    def _limit_ns(self) -> int:
+        """The time before which the next event has to happen: of the next deadline, or of the answer of the planner."""
+        deadline_ns = self._runner.deadline_ns
+        if deadline_ns is None:  # all goals have ended before, so nothing is waited for
+            raise _StrayedError
+        return min(deadline_ns, self._answer_ns)
 
     @property
     def limits(self) -> CaseLimits:
@@ -276,55 +311,57 @@ class _ScriptedRun:
     def _reply(self, happening: Happening) -> None:
         if happening.resource not in self._in_flight:  # a time limit that a later run needs has ended this one
             raise _StrayedError
+        self._take_time_to_plan()
         identity = self._in_flight.pop(happening.resource)
         request = self._requests[identity]
         self._now_ns = self._reply_ns(request)
         request.answer = (self._now_ns, happening)
-        reply = ReplyArrived(identity, happening.succeeded, happening.measured)
-        self._perform(self._runner.handle(reply, self._now_ns))
+        self._handle(ReplyArrived(identity, happening.succeeded, happening.measured))
 
     def _reply_ns(self, request: _ScriptedRequest) -> int:
         """Return the time of a reply: the default latency if that is in time and in order; else soon."""
-        plainly_ns = request.sent_ns + self._plain[request.resource].latency_ns
-        deadline_ns = self._runner.deadline_ns
-        assert deadline_ns is not None  # noqa: S101 - a goal is pursued
-        # Planning takes no time, so what precedes the answer happens at once. All else can happen a moment later,
-        # and must after a deadline that passed during its request: deadlines pass last in their instant.
-        is_at_once = self._asked is not None or request.number_of_event == self._events
-        soon_ns = self._now_ns if is_at_once else min(self._now_ns + _A_MOMENT_NS, deadline_ns)
-        return plainly_ns if soon_ns <= plainly_ns <= deadline_ns else soon_ns
+        plainly_ns, limit_ns = request.sent_ns + self._plain[request.resource].latency_ns, self._limit_ns
+        # After a deadline that passed during its request a reply comes later, as deadlines pass last in their instant.
+        is_at_once = request.number_of_event == self._events
+        soon_ns = self._now_ns if is_at_once else min(self._now_ns + _A_MOMENT_NS, limit_ns)
+        return plainly_ns if soon_ns <= plainly_ns <= limit_ns else soon_ns
 
     def _soon_ns(self) -> int:
         """Return a moment at which nothing else happens, before the next deadline if there is time."""
-        deadline_ns = self._runner.deadline_ns
-        assert deadline_ns is not None  # noqa: S101 - a goal is pursued
-        return max(min(self._now_ns + _A_MOMENT_NS // 2, (self._now_ns + deadline_ns) // 2), 1)
+        return max(min(self._now_ns + _A_MOMENT_NS // 2, (self._now_ns + self._limit_ns) // 2), 1)
 
-    def _inject(self, happening: Happening) -> None:
-        """Let the environment change an input, or another user occupy or leave a shared resource.
-
-        That happens at once while a plan is awaited, else after a while.
-        """
-        when = None
-        if self._asked is not None:
-            when = Equal(Reference(PLAN_STATE), Constant(PlanState.PLANNING.value))
+    def _change(self, happening: Happening) -> None:
+        """Let something outside the model change variables, or another user occupy or leave a shared resource."""
+        self._take_time_to_plan()
+        self._now_ns = self._outside_ns(happening)
+        if happening.by is OtherUser:
+            self._use(happening)
+            return
+        if happening.by is TransitionMaker:
+            self._rates.act(happening.resource, self._now_ns)
+            self.changes.append(EnvironmentChange(self._now_ns, None, happening.resource))
+            self._handle(Measured(self._made_by(happening.resource), happening.resource))
         else:
-            deadline_ns = self._runner.deadline_ns
-            if deadline_ns is None:  # all goals have ended before, so no change is waited for
-                raise _StrayedError
-            self._now_ns = self._outside_ns(deadline_ns)
-        name = f"input_{len(self.injections) + 1}"
-        given = Injection(name, happening.measured, when, at_ns=self._now_ns)
-        if any(happening.measured == ((state, _OCCUPIED),) for state in self._request_states):
-            given = replace(
-                given, name=f"other_user_{name[6:]}", assign=(), resource=happening.resource, condition=_TAKEN
-            )
-            self.injections.append(given)
-        elif happening.resource in self._request_states.values():
+            self.changes.append(EnvironmentChange(self._now_ns, happening.measured))
+            self._handle(Measured(happening.measured))
+
+    def _made_by(self, transition: str) -> Changes:
+        """Return what an environment transition changes in the present state."""
+        before, makers = self._runner.packed_state, self._program.outside.transitions
+        after = (after for each in makers if each.name == transition for after in each.following(before, ()))
+        return self._program.packing.changes(before, next(after, before))
+
+    def _use(self, happening: Happening) -> None:
+        """Let another user occupy a shared resource, or leave it."""
+        is_left = any(each.resource == happening.resource and each.hold_ns is None for each in self.injections)
+        given = Injection("other_user", happening.measured)
+        if is_left:
             self._leave(happening.resource)
         else:
+            name = f"other_user_{len(self.injections) + 1}"
+            given = Injection(name, at_ns=self._now_ns, resource=happening.resource, condition=_TAKEN)
             self.injections.append(given)
-        self._perform(self._runner.handle(InjectionGiven(replace(given, when=None)), self._now_ns))
+        self._handle(InjectionGiven(given))
 
     def _leave(self, resource: str) -> None:
         """Let the injection that occupies a resource end now."""
@@ -333,22 +370,28 @@ class _ScriptedRun:
                 held_ns = self._now_ns - (injection.at_ns or 0)
                 self.injections[number] = replace(injection, hold_ns=held_ns)
 
-    def _outside_ns(self, deadline_ns: int) -> int:
-        """Return the time of a change from outside: before the next plain reply if a request is in flight."""
+    def _outside_ns(self, happening: Happening) -> int:
+        """Return the time of a change from outside: where its rate allows, if possible before the next plain reply."""
+        limit_ns = self._limit_ns
         requests = [self._requests[identity] for identity in self._in_flight.values()]
         replies_ns = [request.sent_ns + self._plain[request.resource].latency_ns for request in requests]
         next_ns = min([at_ns for at_ns in replies_ns if at_ns > self._now_ns + 1], default=None)
         if next_ns is None:
-            return min(self._now_ns + _A_WHILE_NS, (self._now_ns + deadline_ns) // 2)
-        middle_ns = (self._now_ns + min(next_ns, deadline_ns)) // 2
-        rounded_ns = middle_ns // _A_MOMENT_NS * _A_MOMENT_NS
-        return rounded_ns if rounded_ns > self._now_ns else middle_ns
+            at_ns = min(self._now_ns + _A_WHILE_NS, (self._now_ns + limit_ns) // 2)
+        else:
+            middle_ns = (self._now_ns + min(next_ns, limit_ns)) // 2
+            rounded_ns = middle_ns // _A_MOMENT_NS * _A_MOMENT_NS
+            at_ns = rounded_ns if rounded_ns > self._now_ns else middle_ns
+        if happening.by is not TransitionMaker:
+            return at_ns
+        allowed_ns = self._rates.first_ns(happening.resource, at_ns)
+        return at_ns if allowed_ns is None or allowed_ns >= limit_ns else allowed_ns
 
     def _pass(self) -> None:
         deadline_ns = self._runner.deadline_ns
         assert deadline_ns is not None  # noqa: S101 - a timer runs
         self._now_ns = deadline_ns
-        self._perform(self._runner.handle(TimePassed(), deadline_ns))
+        self._handle(TimePassed())
 
     def _answer_if_alone(self) -> None:
         """Let the planner answer where nothing else can happen; that answer is no event of the path.
@@ -370,8 +413,13 @@ class _ScriptedRun:
         self._plans += 1
         answer = self._planner.plan(asked.state, asked.goal, self._plan_limits)
         plan = answer.plan if isinstance(answer, Solved) else ()
-        answered = PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
-        self._perform(self._runner.handle(answered, self._now_ns))
+        self._now_ns = max(self._now_ns, self._asked_ns + self.planning_ns)
+        self._handle(PlanAnswered(asked.ask, PlanStatus(answer.status), plan))
+
+    def _handle(self, event: Event) -> None:
+        """Let the runner handle an event now, and follow what it does."""
+        self._perform(self._runner.handle(event, self._now_ns))
+        self._rates.observe(self._runner.packed_state, self._now_ns)
 
     def _perform(self, effects: Iterable[Effect]) -> None:
         for effect in effects:
@@ -388,7 +436,7 @@ class _ScriptedRun:
                     if self._in_flight.get(resource) == identity:
                         del self._in_flight[resource]
                 case AskPlan():
-                    self._asked = effect
+                    self._asked, self._asked_ns = effect, self._now_ns
                 case RunStarted(at_ns):
                     self._began_ns = at_ns
 

@@ -7,20 +7,21 @@ from functools import reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scbm.cases import CaseLimits
+from scbm.cases import CaseLimits, EnvironmentChange
 from scbm.cases.coverage import Aspect, visited_by
 from scbm.cases.trace import AutomaticTaken, End, ReplyReceived, RequestCancelled, RequestSent
 from scbm.closing.runs.walks import best_walk, direct_walks, walk_over
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.closing.scripts.closing_injections import HOLD_NS
 from scbm.closing.scripts.guided_search import distance_to, find_path, guard_of
+from scbm.model import RateKind
 from scbm.planning import PlanCache
-from scbm.running.simulation import TooLongError, UnplannedError
+from scbm.running.simulation import TooLongError, UnplannedError, typical_ns
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.cases import Case, Injection
+    from scbm.cases import Case
     from scbm.cases.coverage import Obligation, Obligations
     from scbm.closing.runs.all_runs import AllRuns, CloseLimits
     from scbm.closing.runs.run_graph import RunGraph
@@ -155,20 +156,29 @@ class CaseSearch:
                 return
 
     def _put_back(self, execution: Execution, bit: int) -> Execution:
-        """Return the run of a case that puts its changes back, if only then the run ends before the time limit.
+        """Return the run of a case in which something outside acts once more, if only then it does not wait to the end.
 
-        What changes at a given time is put back a while after the visit, and the rest a while after its change. What a
-        later injection changes again is not put back: it would contradict that injection.
+        What changed freely gets its first value again, or an environment transition acts, a while after the visit.
         """
-        if not execution.case.injections or execution.verdict.end is not End.TIME_LIMIT:
+        case = execution.case
+        if not case.environment or execution.verdict.end is not End.TIME_LIMIT:
             return execution
-        visited_ns = next(r.at_ns for r in execution.trace.records if visited_by((r,), self._tester.obligations) & bit)
-        given = execution.case.injections
-        injections = tuple(_held(each, given[number:], visited_ns) for number, each in enumerate(given, start=1))
-        held = self._execute(replace(execution.case, injections=injections))
-        if held is None or held.verdict.end is End.TIME_LIMIT or not held.visited_freely & bit:
-            return execution
-        return held
+        records, obligations = execution.trace.records, self._tester.obligations
+        at_ns = next(r.at_ns for r in records if visited_by((r,), obligations) & bit) + HOLD_NS
+        names = [name for change in case.environment for name, _ in change.assign or ()]
+        before = tuple((name, case.initial[name]) for name in dict.fromkeys(names))
+        more = [EnvironmentChange(at_ns, before)] if before else []
+        for each in self._runs.model.environment:
+            if each.rate is not None and each.rate.kind is RateKind.AFTER:
+                after_ns = typical_ns(each.rate.time)
+                more.append(EnvironmentChange(None, None, each.name, when=each.guard, after_ns=after_ns))
+            more.append(EnvironmentChange(at_ns, None, each.name))
+        for change in more:
+            mended = self._execute(replace(case, environment=(*case.environment, change)))
+            is_shorter = mended is not None and mended.verdict.end not in (End.TIME_LIMIT, End.ABORTED)
+            if mended is not None and is_shorter and mended.visited_freely & bit:
+                return mended
+        return execution
 
     # runs that a limit of plans ends
 
@@ -199,15 +209,6 @@ class CaseSearch:
                 of = f"obligation {number:,} of {len(runs.visits.obligations.all):,}"
                 self._progress(f"guided search: {obligation} ({of}), at most {max(0, self._beyond):,} more situations")
                 self._take(self.guided_path(obligation, bit))
-
-
-def _held(injection: Injection, later: Sequence[Injection], visited_ns: int) -> Injection:
-    """Return an injection that is put back after a visit, unless it ends before, or a later one changes the same."""
-    names = [name for name, _ in injection.assign]
-    if injection.hold_ns is not None or any(name in names for other in later for name, _ in other.assign):
-        return injection
-    since_ns = visited_ns if injection.at_ns is None else injection.at_ns
-    return replace(injection, hold_ns=max(0, visited_ns - since_ns) + HOLD_NS)
 
 
 def bounded(tester: Tester, case: Case) -> Execution | None:

@@ -1,4 +1,4 @@
-"""Injections for new cases: those that change inputs, and those that disable an operation by force (decision 45).
+"""Changes for new cases: of inputs, and injections that disable an operation by force (decision 45).
 
 Inputs and published values change in mid motion where that is possible: while a request is in flight. Values are
 distinguished only as far as guards distinguish them (decision 17).
@@ -14,8 +14,8 @@ from dataclasses import replace
 from itertools import combinations, islice, pairwise, product
 from typing import TYPE_CHECKING
 
-from scbm.cases import Case, Injection
-from scbm.cases.trace import BecameCurrent, ReplyReceived, RequestCancelled, RequestSent, RunStarted
+from scbm.cases import Case, EnvironmentChange, Injection
+from scbm.cases.trace import BecameCurrent, ReplyReceived, RequestCancelled, RequestSent, RunnerStarted
 from scbm.model import (
     And,
     Constant,
@@ -41,7 +41,7 @@ from scbm.model.variables import CURRENT_NAME
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from scbm.cases.trace import Record
+    from scbm.cases.trace import Changes, Record
     from scbm.model import BehaviorModel, Operation, Predicate, StateSpace, Transition, Value
     from scbm.testing import Execution
 
@@ -161,26 +161,46 @@ def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]
 
 
 def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Iterator[Case]:
-    """Yield the case with an injection that changes inputs as soon as nothing else disables the transition."""
-    known = changed_from_outside(model)
-    names = [name for name in transition.running_guard.reads() if name in known]
-    if not names:
-        return
-    choices = product(*(distinguishing_values(model, name) for name in names))
-    for chosen in islice(choices, _MAX_INPUT_CHANGES):
-        values = dict(zip(names, chosen, strict=True))
-        rest = residual(transition.running_guard, values, model.running_space)
-        changed = tuple((name, value) for name, value in values.items() if case.initial[name] != value)
-        if rest == Truth(False) or not changed:
-            continue
-        when = None if rest == Truth(True) else rest
+    """Yield the case in which inputs change as soon as nothing else disables the transition."""
+    for changed, when in _enabling_inputs(model, transition, case):
+        come = EnvironmentChange(None if when else 0, changed, when=when)
+        before = tuple((name, case.initial[name]) for name, _ in changed)
+        yield from _with_changes(case, come, before)
+
+
+def with_inputs_by_force(model: BehaviorModel, transition: Transition, case: Case) -> Iterator[Case]:
+    """Yield the case with an injection that changes inputs then, even where no moment is settled."""
+    for changed, when in _enabling_inputs(model, transition, case):
         for hold_ns in (HOLD_NS, None):
             injected = Injection(f"{transition.name}_comes", changed, when, hold_ns=hold_ns)
             yield replace(case, injections=(*case.injections, injected))
 
 
+def _enabling_inputs(
+    model: BehaviorModel, transition: Transition, case: Case
+) -> Iterator[tuple[Changes, Predicate | None]]:
+    """Yield values of inputs that a transition needs, and the rest of its guard."""
+    known = changed_from_outside(model)
+    names = [name for name in transition.running_guard.reads() if name in known]
+    choices = product(*(distinguishing_values(model, name) for name in names))
+    for chosen in islice(choices, _MAX_INPUT_CHANGES):
+        values = dict(zip(names, chosen, strict=True))
+        rest = residual(transition.running_guard, values, model.running_space)
+        changed = tuple((name, value) for name, value in values.items() if case.initial[name] != value)
+        if rest != Truth(False) and changed:
+            yield changed, None if rest == Truth(True) else rest
+
+
+def _with_changes(case: Case, come: EnvironmentChange, before: Changes) -> Iterator[Case]:
+    """Yield the case with a change from outside, first with one that takes it back after a while."""
+    holds = conjunction(Equal(Reference(name), Constant(value)) for name, value in come.assign or ())
+    go = EnvironmentChange(None, before, when=holds, after_ns=HOLD_NS)
+    for changes in ((come, go), (come,)):
+        yield replace(case, environment=(*(case.environment or ()), *changes))
+
+
 def with_inputs_in_motion(model: BehaviorModel, transition: Transition, execution: Execution) -> Iterator[Case]:
-    """Yield the case with an injection that changes inputs in mid motion so that the transition is taken there."""
+    """Yield the case in which inputs change in mid motion so that the transition is taken there."""
     known = changed_from_outside(model)
     names = [name for name in transition.running_guard.reads() if name in known]
     values = [distinguishing_values(model, name) for name in names]
@@ -190,11 +210,10 @@ def with_inputs_in_motion(model: BehaviorModel, transition: Transition, executio
         state = State(model.running_space, values_then)
         for chosen in islice(product(*values), _MAX_INPUT_CHANGES):
             changed = {name: value for name, value in zip(names, chosen, strict=True) if state[name] != value}
-            if not changed or not transition.running_guard.holds(state.replace(changed)):
-                continue
-            for hold_ns in (HOLD_NS, None):
-                injected = Injection(f"{transition.name}_comes", tuple(changed.items()), at_ns=at_ns, hold_ns=hold_ns)
-                yield replace(execution.case, injections=(*execution.case.injections, injected))
+            if changed and transition.running_guard.holds(state.replace(changed)):
+                before = tuple((name, state[name]) for name in changed)
+                come = EnvironmentChange(at_ns, tuple(changed.items()))
+                yield from _with_changes(execution.case, come, before)
 
 
 def _moments_in_motion(records: Sequence[Record]) -> Iterator[tuple[int, dict[str, Value]]]:
@@ -202,7 +221,7 @@ def _moments_in_motion(records: Sequence[Record]) -> Iterator[tuple[int, dict[st
     state: dict[str, Value] = {}
     in_flight: dict[str, None] = {}
     for record, following in pairwise(records):
-        if isinstance(record, RunStarted):
+        if isinstance(record, RunnerStarted):
             state.update(record.state)
         state.update(record.changes)
         if isinstance(record, RequestSent):

@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases.coverage import Aspect
 from scbm.closing.runs.run_graph import Start
-from scbm.closing.runs.situations import PlanningTooLargeError
 from scbm.closing.runs.walks import PathRun, RunPath
 from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair, normal_form
 from scbm.model.packing import compile_test
+from scbm.running.untimed.situations import PlanningTooLargeError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from scbm.cases.coverage import Obligation
-    from scbm.closing.runs.run_steps import RunSteps
-    from scbm.closing.runs.situations import Happening, Position, RunStep
     from scbm.model import BehaviorModel, Packing, Predicate
     from scbm.model.packing import Field
+    from scbm.running.untimed.run_steps import RunSteps
+    from scbm.running.untimed.situations import Happening, Position, RunStep
 
 
 @dataclass(slots=True)
@@ -78,9 +78,11 @@ class _GuidedSearch:
 
     def search(self, starts: Sequence[Start], most: int) -> RunPath | None:
         for start in islice(starts, max(most, 0)):
-            path = self._reach(self._steps.begin(start.packed), None, start)
-            if path is not None:
-                return path
+            step = self._steps.start(start.packed)
+            for given in (step, *map(self._steps.begin, step.rests)):
+                path = self._reach(given, None, start)
+                if path is not None:
+                    return path
         while self._heap and len(self.seen) < most:
             _, _, found = heapq.heappop(self._heap)
             for happening in self._steps.happenings(found.position):

@@ -223,7 +223,7 @@ class CaseGoalKeys(Keys):
     goal = Key(_GOAL, "The name of a goal of the model, or a predicate over the world.", required=True)
     when: Key[Predicate] = Key(
         predicate_type(Where.GUARD),
-        "The runner begins with this goal when the run before has ended and this holds; not for the first goal.",
+        "The runner begins with this goal when the run before has ended and this holds.",
         absent="it begins as soon as the run before has ended",
     )
     may_end = DefaultKey(MAY_END, MAY_END_HELP, default=())
@@ -302,24 +302,29 @@ class CaseToWrite(NamedTuple):
 
     @property
     def goal(self) -> object:
-        """The only goal: its name, if the model has it, else the predicate; `None` if there are several."""
-        return None if self.case.later else self._goal_data(self.case.goal, self.case.predicate)
+        """The only goal: its name, if the model has it, else the predicate; `None` if there is a list of goals."""
+        return None if self._is_listed else self._goal_data(self.case.goal, self.case.predicate)
+
+    @property
+    def _is_listed(self) -> bool:
+        """Whether the goals are a list: there are several, or the only one waits for its `when`."""
+        return bool(self.case.later) or self.case.when is not None
 
     @property
     def goals(self) -> tuple[GoalToWrite, ...]:
-        """The goals, if there are several."""
-        goals = self.case.goals if self.case.later else ()
+        """The goals, if they are a list."""
+        goals = self.case.goals if self._is_listed else ()
         return tuple(GoalToWrite(self._goal_data(g.name, g.predicate), g.when, g.may_end, g.expect) for g in goals)
 
     @property
     def may_end(self) -> tuple[str, ...]:
         """The ends that excuse the only goal."""
-        return () if self.case.later else self.case.may_end
+        return () if self._is_listed else self.case.may_end
 
     @property
     def expect(self) -> Expectations | None:
         """The expectations of the run for the only goal."""
-        return None if self.case.later else self.case.expect
+        return None if self._is_listed else self.case.expect
 
     def _goal_data(self, name: str, predicate: Predicate) -> object:
         return name if self.model.goal(name) == predicate else predicate_data(predicate)
@@ -359,7 +364,7 @@ class CaseKeys(Keys):
     )
     goals = DefaultKey(
         MappingListType(CaseGoalKeys, "list of goals"),
-        "Several goals in order, in place of `goal`; 1000 at most. Each has `may_end` and `expect` of its own.",
+        "One goal or several in order, in place of `goal`; 1000 at most. Each has its `when`, `may_end` and `expect`.",
         default=(),
     )
     may_end = DefaultKey(MAY_END, MAY_END_HELP, default=())
@@ -380,7 +385,7 @@ class CaseKeys(Keys):
     )
     environment = Key(
         MappingListType(EnvironmentChangeKeys, "list of changes"),
-        "All that the environment changes during the run; 100000 changes at most.",
+        "All changes from outside during the run, by the environment, inputs and published values; 100000 at most.",
         absent="drawn at the rates of the model with `drawn`, else nothing",
         source="case.environment",
         always_written=True,
@@ -396,6 +401,12 @@ class CaseKeys(Keys):
         "When the runner gives up.",
         absent="those of the command",
         source="case.limits",
+    )
+    planning = DefaultKey(
+        TIME,
+        "How long each plan takes; changes and replies can come in that time.",
+        default=0,
+        source="case.planning_ns",
     )
     requirements = DefaultKey(
         REQUIREMENTS,
@@ -444,6 +455,8 @@ class CaseKeys(Keys):
             self._environment(model),
             first.may_end,
             tuple(later),
+            first.when,
+            self.planning,
         )
 
     def _environment(self, model: BehaviorModel) -> tuple[EnvironmentChange, ...] | None:
@@ -485,9 +498,6 @@ class CaseKeys(Keys):
             if self.has(key):
                 message = f"a case with `goals` has no `{key}` of its own"
                 add(Slug.CONTRADICTION, message, self.place(key), f"write `{key}` in the elements of `goals`")
-        if self.goals and self.goals[0].has("when"):
-            message = "the first goal begins at once, so it has no `when`"
-            add(Slug.CONTRADICTION, message, self.goals[0].place("when"), "leave out `when`")
         return several or (CaseGoal(str(TRUE), TRUE),)
 
     def _initial(self, model: BehaviorModel) -> State:

@@ -246,22 +246,35 @@ class InjectionKeys(Keys):
 
 
 class EnvironmentChangeKeys(Keys):
-    """A change that the environment makes at a settled moment."""
+    """A change from outside at a settled moment: `at` a time, or `when` a predicate has held for some time."""
 
     in_flow = True
 
-    at = Key(TIME, "The time of the run.", required=True, source="at_ns")
+    at = Key(TIME, "The time of the run.", absent="`when`", source="at_ns")
+    when: Key[Predicate] = Key(
+        predicate_type(Where.GUARD),
+        "The change comes as soon as this holds, once the change before it has come; instead of `at`.",
+        absent="`at`",
+        source="when",
+    )
+    after = Key(
+        TIME,
+        "The change comes this long after `when` became true, whether `when` still holds or not.",
+        absent="`0 s`",
+        source=lambda change: change.after_ns or None,
+    )
     by = Key(
         NAME_NODE,
-        "The environment transition that the trace names.",
-        absent="none",
+        "The environment transition that makes the change; its guard has to hold then.",
+        absent="anything that can make it",
         source=lambda change: change.by or None,
     )
     set = Key(
         NamesType(VALUE, "variable → value", is_short),
         "The variables that change, with their new values; empty for nothing but the end of a wait.",
-        required=True,
+        absent="what the actions of `by` make",
         source="assign",
+        always_written=True,
     )
 
     def change(self, model: BehaviorModel, known: Mapping[str, tuple[Value, ...]]) -> EnvironmentChange:
@@ -271,9 +284,32 @@ class EnvironmentChangeKeys(Keys):
             model: the model.
             known: for each variable that changes from outside the values that it can get there.
         """
-        transitions = [each.name for each in model.environment]
+        if self.is_clear:
+            self._check_combination()
         if self.by is not None:
+            transitions = [each.name for each in model.environment]
             self.reader.word(self.by, self.by.text or "", transitions, "an environment transition of the model")
+        name = "" if self.by is None else self.by.text or ""
+        values = None if self.set is None else self._values(known)
+        return EnvironmentChange(self.at if self.when is None else None, values, name, self.when, self.after or 0)
+
+    def _check_combination(self) -> None:
+        """Note a change without a moment, or with two, and one that says nothing about what changes."""
+        add, node = self.reader.add, self.node
+        if self.has("at") and self.has("when"):
+            message = "a change has `at` or `when`, and this has both"
+            add(Slug.CONTRADICTION, message, self.place("when"), "to wait after `when`, write `after` instead of `at`")
+        elif not self.has("at") and not self.has("when"):
+            remedy = "add `at: 2 s`, or `when: PREDICATE`"
+            add(Slug.MISSING_KEY, "`at` or `when` is missing in this change", node.place, remedy)
+        if self.has("after") and not self.has("when"):
+            message = "`after` counts from when `when` became true, and this change has no `when`"
+            add(Slug.MISSING_KEY, message, self.place("after"), "add `when: …`, or write `at` in place of `after`")
+        if not self.has("set") and not self.has("by"):
+            remedy = "add `set: {variable: value}`, or `by: TRANSITION`"
+            add(Slug.MISSING_KEY, "`set` is missing in this change", node.place, remedy)
+
+    def _values(self, known: Mapping[str, tuple[Value, ...]]) -> Changes:
         values = []
         for variable, value, entry in self.reader.assignments(self.set):
             if variable.name not in known:
@@ -286,8 +322,7 @@ class EnvironmentChangeKeys(Keys):
                 self.reader.add(Slug.VALUE_OUTSIDE_DOMAIN, message, entry.node.place, remedy)
             else:
                 values.append((variable.name, value))
-        name = "" if self.by is None else self.by.text or ""
-        return EnvironmentChange(self.at or 0, tuple(values), name)
+        return tuple(values)
 
 
 # all injections of a case

@@ -350,7 +350,7 @@ def is_short(values: dict[str, Value]) -> bool:
 
 # the ends of runs
 
-_VERDICT_WORDS = tuple(end.value for end in End if end is not End.LOST)
+_VERDICT_WORDS = tuple(end.value for end in End if end not in (End.LOST, End.IMPOSSIBLE))
 """How a run can be expected to end, and be recorded; a lost run has not ended."""
 
 _FAULTS_OF_MODELS = (End.LIVELOCK.value, End.MODEL_ERROR.value)

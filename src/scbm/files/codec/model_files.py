@@ -21,7 +21,7 @@ from scbm.files.expansion.stages import expand, expand_parts
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_writer import dump
-from scbm.model import Diagnostic, InputError, Place, PlannerChoice, RunsDeclaration, Slug, stable_durations
+from scbm.model import Diagnostic, InputError, Place, PlannerChoice, RunsDeclaration, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -291,7 +291,6 @@ def write_model(model: BehaviorModel) -> str:
     return dump(ModelKeys.write(model), short_in_flow=True)
 
 
-@stable_durations()
 def digest_of(model: BehaviorModel) -> str:
     """Return the SHA-256 that identifies a model: of what it means, without comments and layout.
 

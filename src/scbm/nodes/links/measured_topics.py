@@ -15,10 +15,10 @@ from scbm.nodes.buses.bus import Topic, Unmatched
 from scbm.nodes.links.link import Measurement, PresenceMonitor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Collection, Iterator
 
     from scbm.cases.trace import Changes
-    from scbm.model import Domain, MeasuredTopic, Reading, Resource, Value
+    from scbm.model import MeasuredTopic, Reading, Resource, Value
     from scbm.nodes.buses.bus import Bus, Received, Scalar, Subscription
     from scbm.nodes.links.link import LinkListener
     from scbm.running import Program
@@ -119,21 +119,19 @@ class Refusals:
         self._warn = warn
         self._warned: list[tuple[str, str]] = []
 
-    def look(self, resource: str, values: Changes, measurable: Mapping[str, Domain]) -> None:
-        """Report refused values of a resource, which may send certain values of certain variables."""
+    def look(self, resource: str, values: Changes, names: Collection[str]) -> None:
+        """Report refused values of a resource, which may send these variables."""
         for name, value in values:
-            why = self._why_not(resource, name, value, measurable)
+            why = self._why_not(resource, name, value, names)
             if why is not None and (resource, name) not in self._warned and len(self._warned) < _MAX_WARNED:
                 self._warned.append((resource, name))
                 self._warn(f"`{_shown_value(name)}`: {_shown_value(format_value(value))} is refused: {why}")
 
-    def _why_not(self, resource: str, name: str, value: Value, measurable: Mapping[str, Domain]) -> str | None:
-        if name not in measurable:
+    def _why_not(self, resource: str, name: str, value: Value, names: Collection[str]) -> str | None:
+        if name not in names:
             return f"`{resource}` may not measure this variable"
-        if value in measurable[name]:
-            return None
         if value in self._program.packing.space[name].domain:
-            return f"the model says that `{resource}` never sends this value"
+            return None
         readings = [reading for reading in _readings(self._bindings[resource]) if reading.variable == name]
         if any(reading.ranges for reading in readings):
             return "in no range of its binding"

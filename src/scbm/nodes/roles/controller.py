@@ -189,7 +189,7 @@ class ControllerNode:
         self._to_tester = bus.publisher(topics.run)
         self._real = context.status.resources
         self._measured: dict[str, Value] = {}
-        self._measures = dict(zip([each.name for each in model.resources], self._program.measured, strict=True))
+        self._measures = {resource.name: resource.measures for resource in model.resources}
         self._drivers = drivers or bus
         self._links = {resource.name: self._link(context, topics, resource) for resource in model.resources}
         self._missing = MissingDrivers({name: self._links[name] for name in self._real})
@@ -310,7 +310,7 @@ class ControllerNode:
             driver.give(InjectionGiven(injection), stamp_ns)
         for change in run.case.environment or ():
             driver.give(
-                InjectionGiven(Injection(change.by or "environment", change.assign, at_ns=change.at_ns)), stamp_ns
+                InjectionGiven(Injection(change.by or "environment", change.assign or (), at_ns=change.at_ns)), stamp_ns
             )
         if self._measured:  # what was measured before the run is true in it, whatever the case says
             driver.give(Measured(tuple(self._measured.items())), stamp_ns)
@@ -441,15 +441,15 @@ class ControllerNode:
     def on_values(self, resource: str, measurement: Measurement) -> None:
         """Handle values that a resource published."""
         run = self._run
-        self._refusals.look(resource, measurement.values, self._program.unasked)
+        self._refusals.look(resource, measurement.values, self._program.measurable)
         self._remember(measurement.values)
         if run is not None and run.driver is not None:
             run.driver.give(Measured(measurement.values), measurement.stamp_ns)
 
     def _remember(self, values: Iterable[tuple[str, Value]]) -> None:
         """Keep measured values for the next run; not those that the runner of this one refuses and records."""
-        known = self._program.unasked
-        self._measured.update((name, value) for name, value in values if name in known and value in known[name])
+        known, space = self._program.measurable, self._program.packing.space
+        self._measured.update((name, value) for name, value in values if name in known and value in space[name].domain)
 
     def on_presence(self, resource: str, *, is_there: bool) -> None:
         """Record that a resource came or was lost; the deadlines of the model decide."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.cases import AT_ONCE, Condition, Reaction
+from scbm.cases import AT_ONCE, LOST, Condition, Reaction
 from scbm.cases.trace import (
     BecameCurrent,
     MessageDisturbed,
@@ -158,7 +158,7 @@ class Director:
                 latency_ns = 0 if outcome is Outcome.TIMEOUT else span.duration_ns
                 seen[span.request - 1] = Reaction(span.resource, outcome, latency_ns)
         for request in self._missed:
-            seen[request - 1] = replace(seen[request - 1], outcome=Outcome.TIMEOUT, measured=None)
+            seen[request - 1] = replace(seen[request - 1], reply=LOST)
         return tuple(seen)
 
     def _react(self, request: int, resource: str, at_ns: int) -> None:

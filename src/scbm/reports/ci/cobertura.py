@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Comment, Element, SubElement
 
 from scbm import __version__
-from scbm.cases.coverage import Decision, Figure
+from scbm.cases.coverage import FORCED_NOTE, Figure
 from scbm.reports.ci.marked_lines import as_code, mark_file
 from scbm.reports.ci.xml_text import is_absolute, portable, xml_text
 from scbm.reports.status_lines import united_in_words
@@ -77,8 +77,9 @@ def _kinds(history: History) -> dict[Obligation, str]:
     """Return the type of the condition of each obligation: its aspect, with a status that visits alone do not show."""
     kinds = {obligation: obligation.aspect.value for obligation in history.obligations}
     for entry in history.statuses.entries:
-        if entry.decision not in (Decision.COVERED, Decision.UNDECIDED):
-            kinds[entry.obligation] = f"{entry.obligation.aspect.value}, {entry.decision.words}"
+        if not entry.is_plain:
+            note = f"; {FORCED_NOTE}" if entry.is_forced else ""
+            kinds[entry.obligation] = f"{entry.obligation.aspect.value}, {entry.decision.words}{note}"
     return kinds
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover
     from scbm.store import History, Recipe, StoredCase, StoredRun
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 
 
 def history_json(history: History) -> dict[str, Any]:

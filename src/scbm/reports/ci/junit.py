@@ -68,6 +68,7 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
         yield "of_what_can_be_covered", str(history.decided.coverable)
         for status, count in history.decided.counts.items():
             yield f"obligations_{status.value}", str(count)
+        yield "obligations_visited_by_force", str(history.decided.forced)
         for sentence in history.decided.assumptions:
             yield "assumption", sentence
         for warning in status_warnings(history.decided):

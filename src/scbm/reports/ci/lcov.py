@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage import Decision, status_counts_in_words
+from scbm.cases.coverage import status_counts_in_words
 from scbm.reports.ci.marked_lines import as_code, mark_file
 from scbm.reports.ci.xml_text import portable, visible
 from scbm.reports.status_lines import status_warnings
@@ -58,8 +58,8 @@ def _comments(history: History) -> Iterator[str]:
     yield status_counts_in_words(statuses.counts)
     yield from (f"assumed: {sentence}" for sentence in statuses.assumptions)
     for entry in statuses.entries:
-        if entry.decision not in (Decision.COVERED, Decision.UNDECIDED):
-            yield f"{entry.obligation}: {entry.decision.words}{f': {entry.reason}' if entry.reason else ''}"
+        if not entry.is_plain:
+            yield f"{entry.obligation}: {entry.words}"
     yield from status_warnings(statuses)
 
 

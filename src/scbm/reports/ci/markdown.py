@@ -6,7 +6,15 @@ import re
 from html import escape
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Figure, InstanceFolds, status_counts_in_words
+from scbm.cases.coverage import (
+    STATE_ASPECTS,
+    Aspect,
+    Decision,
+    Figure,
+    InstanceFolds,
+    forced_count_in_words,
+    status_counts_in_words,
+)
 from scbm.reports.ci.xml_text import visible
 from scbm.reports.figure_table import counted, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
@@ -50,7 +58,7 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
         most_characters: the maximum length; a sentence replaces the parts at the end that do not fit.
     """
     file = history.source.path
-    all_missed = missed_reasons(history.model, history.coverage, file, history.decided) if missed is None else missed
+    all_missed = missed_reasons(history.model, history.coverage, file, history.statuses) if missed is None else missed
     undecided = [each for each in all_missed if each.status is Decision.UNDECIDED]
     others = [each for each in all_missed if each.status is not Decision.UNDECIDED]
     blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history), _figures(history)]
@@ -78,13 +86,15 @@ def _headline(history: History) -> str:
     mark = "❌" if history.failed else "✅" if history.cases else "⚪"
     bar = "" if figure.percent is None else f"`{_bar(figure, _BAR_WIDTH)}` "
     cases = f"{counted(len(history.cases), 'case')}: {', '.join(_ends(history))}" if history.cases else "no cases"
+    forced = forced_count_in_words(history.statuses.forced)
+    visited = f"{figure.visited} of {figure.of} obligations visited{f', {forced}' if forced else ''}"
     failed = f"**{len(history.failed)} failed**; " if history.failed else ""
     words = short_of_goal_in_words(history.short_count, history.short)
     short = f"\nPassed short of the goal: {_plain(words)}\n" if words else ""
     lifted = "" if history.lifted is None else _lifted_words(history.lifted)
     return (
         f"## {mark} SCBM-IAS of {_code(history.model.name)}: {figure}\n\n"
-        f"{bar}{figure.visited} of {figure.of} obligations visited\n\n{lifted}"
+        f"{bar}{visited}\n\n{lifted}"
         f"{failed}{cases}; {durations(history)}\n{short}"
     )
 

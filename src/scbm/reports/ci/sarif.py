@@ -43,6 +43,10 @@ _RULES = {
         "A goal was not reached",
         "A goal was not reached in a run without injected faults.",
     ),
+    FailureKind.IMPOSSIBLE: (
+        "A change is impossible",
+        "A case lists a change from outside that nothing in the model could make at its moment, so it is no run.",
+    ),
     FailureKind.LOST: ("A run was not finished", "A node was lost during the run. This is not a fault of the model."),
 }
 """The title and the description of each kind of failure."""
@@ -110,6 +114,7 @@ def _status_properties(history: History) -> dict[str, Any]:
         return {}
     counts = {status.value: count for status, count in statuses.counts.items()}
     figures = {"scbmIas": history.coverage.figure.percent, "ofWhatCanBeCovered": statuses.coverable.percent}
+    figures["visitedByForce"] = statuses.forced
     return {"properties": {**figures, "statuses": counts, "assumptions": list(statuses.assumptions)}}
 
 
@@ -200,7 +205,7 @@ def _place(cause: Cause, history: History, places: Places) -> Place:
     known = [requirement.name for requirement in history.model.requirements]
     is_own = failure.kind is FailureKind.REQUIREMENT and failure.subject not in known
     place, _ = places.find(_path(cause))
-    if isinstance(recipe, Written) and (is_own or failure.kind is FailureKind.EXPECTATION):
+    if isinstance(recipe, Written) and (is_own or failure.kind in (FailureKind.EXPECTATION, FailureKind.IMPOSSIBLE)):
         return Place(portable(recipe.path), 1)
     return place
 

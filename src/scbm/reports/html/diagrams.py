@@ -108,7 +108,8 @@ def lifecycle_svg(history: History, operation_name: str) -> str:
     counts = _counts(history, operation_name)
     visits = ", ".join(f"{aspect} {_cases(count)}" for aspect, count in counts.items())
     title = f"Lifecycle of {operation_name}"
-    statuses = {aspect: history.statuses.decision(Obligation(operation_name, aspect)) for aspect in counts}
+    known = history.statuses.by_obligation
+    statuses = {aspect: known[Obligation(operation_name, aspect)].marked for aspect in counts}
     others = [f"{aspect} is {status.words}" for aspect, status in statuses.items() if status not in _MARKS]
     description = ". ".join((f"States and the cases that visited them: {visits}", *others)) + "."
     root = picture(title, description, f"lifecycle-{operation_name}", role="group", class_="lifecycle")

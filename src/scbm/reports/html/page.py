@@ -67,7 +67,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
         "ended_ns": [case.ended_ns for case in cases],
         "requests": [case.requests for case in cases],
         "visits": [(case.visited & counted).bit_count() for case in cases],
-        "marks": [STATUS_MARKS[entry.decision] for entry in history.statuses.entries],
+        "marks": [STATUS_MARKS[entry.marked] for entry in history.statuses.entries],
         "visitors": [len(cases) for cases in visitors.by_bit],
         "only": [(alone & counted).bit_count() for alone in only_by(history.coverage)],
         "failures": {

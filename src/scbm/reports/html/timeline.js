@@ -95,16 +95,15 @@ const { Timelines, showTimeline } = (() => {
       records,
       ended: packed.ended_ns,
       violations,
-      unused: packed.unused.map((text) => texts[text]),
+      notes: [...packed.unused.map((text) => `no effect: ${texts[text]}`), ...packed.notes.map((text) => texts[text])],
     };
   }
 
-  /** Returns the value of every variable after a record, in the order of the variables; null before a run begins. */
+  /** Returns the value of every variable after a record, in the order of the variables. */
   function stateAfter(run, index) {
-    let state = null;
+    const state = [...run.nominal];
     for (const record of run.records.slice(0, index + 1)) {
-      if (record.kind === "run_started") state = [...run.nominal];
-      if (state) for (const { variable, value } of record.changes) state[variable] = value;
+      for (const { variable, value } of record.changes) state[variable] = value;
     }
     return state;
   }
@@ -189,6 +188,9 @@ const { Timelines, showTimeline } = (() => {
     #place(record) {
       const { kind, subject } = record;
       switch (kind) {
+        case "runner_started":
+        case "livelocked_at_rest":
+          return this.#atRest(record);
         case "run_started":
         case "run_ended":
           return this.#ofRun(record);
@@ -231,6 +233,13 @@ const { Timelines, showTimeline } = (() => {
       this.#finish(record, lane);
       lane.close(record, { label: `${record.subject}: ${end}`, look: good ? "reached" : "not-reached" });
       lane.mark(record, good ? "reached" : "not-reached", "■", record.sentence);
+      return lane;
+    }
+
+    #atRest(record) {
+      const lane = this.#lane("run", "run");
+      const begins = record.kind === "runner_started";
+      lane.mark(record, begins ? "begins" : "not-reached", begins ? "○" : "■", record.sentence);
       return lane;
     }
 
@@ -337,14 +346,11 @@ const { Timelines, showTimeline } = (() => {
   /** Returns a lane with the values of one variable. */
   function valuesLane(run, variable) {
     const lane = new Lane("values", run.variables[variable].name);
-    let began = false;
     let last = null;
     for (const record of run.records) {
-      const begins = record.kind === "run_started";
-      began ||= begins;
       const change = record.changes.findLast((c) => c.variable === variable);
-      const value = change?.value ?? (begins ? run.nominal[variable] : undefined);
-      if (!began || value === undefined || value === last) continue;
+      const value = change?.value ?? (last === null ? run.nominal[variable] : undefined);
+      if (value === undefined || value === last) continue;
       last = value;
       lane.close(record);
       lane.open(record, lane.spans.length % 2 ? "value other" : "value", value, `${lane.name} = ${value}`);
@@ -1265,10 +1271,10 @@ const { Timelines, showTimeline } = (() => {
     scale.addEventListener("change", () => chart.measure(scale.value === "time"));
     const bar = html("div", { className: "tl-bar-of-buttons", role: "toolbar", "aria-label": "Timeline" }, steps, zoom, scale, keysHelp());
     const panes = html("div", { className: "tl-panes" }, table.box, state.box);
-    const unused = html("ul", { className: "tl-unused" }, ...run.unused.map((words) => html("li", {}, `no effect: ${words}`)));
+    const notes = html("ul", { className: "tl-notes" }, ...run.notes.map((words) => html("li", {}, words)));
     const called = { className: "tl", role: "group", "aria-label": `Timeline ${label}`.trim() };
     const root = html("div", called, bar, chart.box, chart.map, chart.legend, now, panes);
-    if (run.unused.length) root.append(unused);
+    if (run.notes.length) root.append(notes);
     element.append(root);
 
     function choose(index) {

@@ -21,6 +21,7 @@ A case is `null` if it cannot be run again. Otherwise it has:
 - `ended_ns`: the end of the run.
 - `violations`: each `[requirement, begins, record, at_ns, reason]`.
 - `unused`: the clauses of the case without effect, as sentences.
+- `notes`: what else a reader should know of the run, as sentences.
 
 *Compressed* means JSON, deflated with a zlib header, in base64.
 """
@@ -37,6 +38,7 @@ from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
@@ -56,6 +58,7 @@ from scbm.cases.trace import (
     RequestSpan,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
     differing,
 )
@@ -145,6 +148,7 @@ class _Packer:
             "ended_ns": execution.ended_ns,
             "violations": [self._violation(violation) for violation in execution.violations],
             "unused": [self._text(sentence) for sentence in execution.unused],
+            "notes": [self._text(sentence) for sentence in execution.notes],
         }
 
     def _spans(self, spans: Iterable[OperationSpan | RequestSpan | PlanningSpan | PlanSpan]) -> list[int]:
@@ -165,10 +169,8 @@ class _Packer:
         return (_KINDS.index(record.kind), *map(self._text, texts), *changes)
 
     def _changes(self, record: Record) -> dict[int, int]:
-        """Return the changes of a record by index; for the start of a run also the values that are not nominal."""
-        changes = dict(record.changes)
-        if isinstance(record, RunStarted):
-            changes = {**dict(differing(record, self._nominal)), **changes}
+        """Return the changes of a record by index; for the start of the runner the values that are not nominal."""
+        changes = dict(differing(record, self._nominal) if isinstance(record, RunnerStarted) else record.changes)
         return {self._positions[name]: self._text(format_value(value)) for name, value in changes.items()}
 
     def _text(self, text: str) -> int:
@@ -219,7 +221,7 @@ def _lane(record: Record) -> tuple[str, str, str]:  # noqa: C901, PLR0911, PLR09
             return record.resource, record.message, str(record.copies)
         case RunEnded():
             return record.goal, record.end, ""
-        case PlanAsked() | PlanDropped() | MeasurementReceived():
+        case RunnerStarted() | PlanAsked() | PlanDropped() | MeasurementReceived() | LivelockedAtRest():
             return "", "", ""
         case _:
             assert_never(record)

@@ -16,12 +16,13 @@ from scbm.cases.coverage import (
     Decision,
     InstanceFolds,
     Obligation,
+    forced_count_in_words,
     growth,
     status_counts_in_words,
 )
 from scbm.reports.asserted_lines import asserted_words
 from scbm.reports.ci.marked_lines import mark_lines
-from scbm.reports.figure_table import STATUS_MARKS, short_of_goal_in_words
+from scbm.reports.figure_table import FORCED_MARK, STATUS_MARKS, short_of_goal_in_words
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
 from scbm.reports.missed_reasons import close_command, missed_reasons
@@ -216,7 +217,7 @@ class ReportView:
     def missed(self) -> tuple[Missed, ...]:
         """The missing obligations with reasons; those that the figure does not count are last."""
         history = self.history
-        return tuple(missed_reasons(history.model, history.coverage, history.source.path, history.decided))
+        return tuple(missed_reasons(history.model, history.coverage, history.source.path, history.statuses))
 
     @property
     def undecided(self) -> tuple[Missed, ...]:
@@ -274,12 +275,22 @@ class ReportView:
         return None if self.asserted is None else self.asserted.by_obligation.get(obligation)
 
     def status(self, obligation: Obligation) -> Decision:
-        """Return the status of an obligation."""
-        return self.history.statuses.decision(obligation)
+        """Return the status of an obligation whose mark is shown."""
+        return self.history.statuses.by_obligation[obligation].marked
 
     def forced_in_words(self, obligation: Obligation) -> str:
         """Return the status of an obligation that only forced states visit, with its reason; empty for others."""
         return self.history.statuses.by_obligation[obligation].forced_in_words
+
+    @property
+    def forced_words(self) -> str:
+        """The number of obligations that only forced states visit, in words; empty for none."""
+        return forced_count_in_words(self.history.statuses.forced)
+
+    @property
+    def forced_mark(self) -> str:
+        """The character for a visit in forced states only."""
+        return FORCED_MARK
 
     @staticmethod
     def mark(status: Decision) -> str:

@@ -13,6 +13,7 @@ from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
@@ -29,6 +30,7 @@ from scbm.cases.trace import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
     assignments,
     differing,
@@ -162,9 +164,9 @@ def _mark(record: Record) -> str:
     match record:
         case RunStarted():
             return "● "
-        case RunEnded():
+        case RunEnded() | LivelockedAtRest():
             return "■ "
-        case PlanAsked() | PlanReceived() | PlanDropped() | BecameCurrent():
+        case RunnerStarted() | PlanAsked() | PlanReceived() | PlanDropped() | BecameCurrent():
             return "  "
         case OperationStepped():
             return _STATE_MARKS[record.target]

@@ -21,6 +21,7 @@ from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
@@ -36,6 +37,7 @@ from scbm.cases.trace import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
     fate_of,
 )
@@ -224,8 +226,8 @@ class _FollowedRun:
         self._topics = _topics(model)
 
     def contents(self, record: Record) -> Iterator[dict[str, Json]]:
-        """Yield the contents of the topics that a record changes; all topics at the start of a run."""
-        if isinstance(record, RunStarted):
+        """Yield the contents of the topics that a record changes; all topics as the runner starts."""
+        if isinstance(record, RunnerStarted):
             self._state.update(record.state)
             yield self._contents(dict.fromkeys(self._topics.values()))
         touched = {self._topics[name]: None for name, _ in record.changes}
@@ -238,9 +240,8 @@ class _FollowedRun:
         elif isinstance(record, ResourceChanged):
             self._conditions[record.resource] = record.condition
             touched[f"/resources/{record.resource}"] = None
-        if self._state:  # the state at the start of a run has all earlier changes
-            self._state.update(record.changes)
-            yield self._contents(touched)
+        self._state.update(record.changes)
+        yield self._contents(touched)
 
     def _contents(self, topics: Iterable[str]) -> dict[str, Json]:
         return {topic: self._content(topic) for topic in topics}
@@ -279,7 +280,7 @@ def _events_of(execution: Execution) -> Iterator[McapMessage]:
             yield McapMessage(topic, record.at_ns, number, content)
 
 
-def _event(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one for each kind of record with a topic
+def _event(record: Record) -> tuple[str, Json] | None:  # noqa: C901, PLR0911 - one for each kind of record with a topic
     """Return topic and content of the message about a record; `None` for records that topics of states show."""
     changes = dict(record.changes)
     match record:
@@ -304,6 +305,8 @@ def _event(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one fo
         case RunStarted() | RunEnded() | PlanAsked() | PlanReceived() | PlanDropped() | BecameCurrent():
             return None
         case OperationStepped() | RequestSent() | RequestCancelled() | ReplyReceived() | MeasurementReceived():
+            return None
+        case RunnerStarted() | LivelockedAtRest():
             return None
         case _:
             assert_never(record)

@@ -16,6 +16,7 @@ from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
@@ -32,9 +33,9 @@ from scbm.cases.trace import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
     fate_of,
-    state_after,
 )
 from scbm.model import ValueKind, format_value
 from scbm.model.variables import Role
@@ -195,7 +196,7 @@ def _moments(records: Iterable[Record]) -> Iterator[Instant]:
                 pass
             case BecameCurrent() | OperationStepped() | RequestSent() | RequestCancelled() | ReplyReceived():
                 pass
-            case InjectionApplied() | PutBack() | ResourceChanged():
+            case RunnerStarted() | InjectionApplied() | PutBack() | ResourceChanged() | LivelockedAtRest():
                 pass
             case _:
                 assert_never(record)
@@ -264,15 +265,13 @@ def _histories(records: Iterable[Record]) -> dict[str, list[tuple[int, Value]]]:
     """Return for each variable its values, each with the time of the change; of one moment the last value."""
     past: dict[str, list[tuple[int, Value]]] = {}
     for record in records:
-        if isinstance(record, RunStarted):
-            for name, value in state_after([record]).items():
-                past.setdefault(name, []).append((record.at_ns, value))
-        elif past:
-            for name, value in record.changes:
-                moments = past[name]
-                if moments[-1][0] == record.at_ns:
-                    moments.pop()
-                moments.append((record.at_ns, value))
+        if isinstance(record, RunnerStarted):
+            past = {name: [(record.at_ns, value)] for name, value in record.state}
+        for name, value in record.changes:
+            moments = past[name]
+            if moments[-1][0] == record.at_ns:
+                moments.pop()
+            moments.append((record.at_ns, value))
     return {name: _without_repetitions(moments) for name, moments in past.items()}
 
 

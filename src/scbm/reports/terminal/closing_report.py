@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from math import floor
 from shlex import quote
@@ -12,12 +11,14 @@ from typing import TYPE_CHECKING, NamedTuple, assert_never
 from rich.text import Text
 
 from scbm.cases.coverage import (
+    FORCED_NOTE,
     Aspect,
     InstanceFolds,
     LiftedStatuses,
     ObligationStatus,
     Statuses,
     count_statuses,
+    forced_count_in_words,
     status_counts_in_words,
 )
 from scbm.closing import Decision
@@ -55,9 +56,8 @@ _NEW = _FigureSegment("▓", "bold green", "new cases")
 _NEVER = _FigureSegment("░", "dim", "uncoverable")
 _EXCLUDED = _FigureSegment("▒", "dim", "excluded")
 _WAIVED = _FigureSegment("-", "dim", "waived")
-_FORCED = _FigureSegment("!", "yellow", "forced")
 _OPEN = _FigureSegment("?", "bold red", "undecided")
-FIGURE_SEGMENTS = (_BEFORE, _NEW, _NEVER, _EXCLUDED, _WAIVED, _FORCED, _OPEN)
+FIGURE_SEGMENTS = (_BEFORE, _NEW, _NEVER, _EXCLUDED, _WAIVED, _OPEN)
 """The segments of the bar, in their order."""
 
 
@@ -115,7 +115,6 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _assumed(closing, setting.columns)
     yield from _decisions("Excluded by the planner", closing, Decision.EXCLUDED, setting.columns)
     yield from _decisions("Waived", closing, Decision.WAIVED, setting.columns)
-    yield from _decisions("Covered by a forced state", closing, Decision.FORCED, setting.columns)
     yield from _decisions("Undecided", closing, Decision.UNDECIDED, setting.columns)
     yield from _requirements(closing, setting.columns)
     yield from ended_lines(closing.ended)
@@ -140,7 +139,6 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
         _NEVER: counts[Decision.UNCOVERABLE],
         _EXCLUDED: counts[Decision.EXCLUDED],
         _WAIVED: counts[Decision.WAIVED],
-        _FORCED: counts[Decision.FORCED],
         _OPEN: counts[Decision.UNDECIDED],
     }
     legend = "   ".join(f"{part.mark} {part.name}" for part, count in parts.items() if count)
@@ -163,13 +161,8 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
 
 def _statuses(closing: Closing) -> Statuses:
     """Return the decisions as statuses of obligations."""
-    visited = closing.after.visited
-    return Statuses(
-        tuple(
-            ObligationStatus(each.obligation, each.decision, is_visited=bool(visited & closing.bit(each.obligation)))
-            for each in closing.decided
-        )
-    )
+    entries = (ObligationStatus(d.obligation, d.decision, is_visited=d.case is not None) for d in closing.decided)
+    return Statuses(tuple(entries))
 
 
 def _bar(parts: dict[_FigureSegment, int], columns: int) -> Text:
@@ -195,7 +188,7 @@ def _decision_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[
         line.append(f"; {coverable} of what can be covered")
     yield line
     if closing.forced:
-        yield Text(f"  Forced:   {closing.forced} visited in forced states only, which SCBM-IAS counts")
+        yield Text(f"  Forced:   {forced_count_in_words(closing.forced)}")
     queued = closing.after.figure_of(Aspect.QUEUED)
     others = [each.decision for each in closing.decided if not each.obligation.counts]
     never = [(count, status) for status, count in count_statuses(others).items() if not status.can_be_covered]
@@ -230,6 +223,8 @@ def _cases(closing: Closing, columns: int) -> Iterator[Text]:
             yield from _wrapped(made.case.goal_names, 6, columns)
         for words in in_few_words(made.adds_freely, folds):
             yield from _wrapped(words, 6, columns)
+        for note in made.execution.notes:
+            yield from _wrapped(note, 6, columns, "dim")
         if made.forcing is not None:
             yield from _wrapped(made.forcing, 6, columns, "yellow")
             for words in in_few_words(made.adds_by_force, folds):
@@ -326,7 +321,9 @@ def _grouped(
     for decided in found:
         obligation = decided.obligation
         reasons = by_subject.setdefault((obligation.subject, obligation.aspect is Aspect.TAKEN), {})
-        reasons.setdefault(reason_about_it(decided.reason, obligation.subject), []).append(obligation.aspect)
+        note = f"; {FORCED_NOTE}" if decided.is_forced else ""
+        reason = reason_about_it(decided.reason, obligation.subject) + note
+        reasons.setdefault(reason, []).append(obligation.aspect)
     alike: dict[tuple[tuple[str, str], ...], list[tuple[str, bool]]] = {}
     exact: dict[tuple[tuple[str, str], ...], tuple[tuple[str, str], ...]] = {}
     for (subject, is_automatic), reasons in by_subject.items():
@@ -337,13 +334,9 @@ def _grouped(
     return {tuple(subjects): folded if len(subjects) > 1 else exact[folded] for folded, subjects in alike.items()}
 
 
-_VISIT = re.compile(r"^\S+(?: visits it after [\d.]+ s|, a case of the suite, visits it)(?=, in a state )")
-"""How a case visits an obligation in a forced state; the case and the time differ between instances."""
-
-
 def _folded_reason(reason: str, folds: InstanceFolds) -> str:
-    """Return a reason that is the same for instances which differ in objects, or in the case that visits them."""
-    return _VISIT.sub("a case visits it", folds.in_entries(reason)) if folds.entries else reason
+    """Return a reason that is the same for instances which differ in objects."""
+    return folds.in_entries(reason) if folds.entries else reason
 
 
 def _group_lines(

@@ -31,7 +31,7 @@ from scbm.reports.figure_table import (
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command, has_few_cases, missed_reasons
-from scbm.reports.status_lines import lifted_lines, status_lines
+from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has
     columns: int = DEFAULT_COLUMNS,
     statuses: Statuses | None = None,
     lifted: LiftedStatuses | None = None,
+    forced: int = 0,
 ) -> Iterator[Text]:
     """Yield the missed obligations with their reasons, and the commands that cover them.
 
@@ -61,15 +62,18 @@ def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has
         columns: the width of the report.
         statuses: the statuses of the obligations; `None` if visits alone decide them.
         lifted: the statuses of lifted obligations; by default those of this coverage alone.
+        forced: the obligations that only forced states visit, as bits.
     """
-    missed = missed_reasons(model, coverage, file, statuses)
+    decided = statuses or Statuses.of(coverage, forced=forced)
+    missed = missed_reasons(model, coverage, file, decided)
     figure = coverage.figure
     yield Text("Missing in ").append(model.name, style="bold").append(f": {_count(missed)} of {figure.of}")
     yield Text()
     yield headline(figure, columns)
-    yield from lifted_lines(lifted or LiftedStatuses.of(model, statuses or Statuses.of(coverage)), columns)
+    yield from lifted_lines(lifted or LiftedStatuses.of(model, decided), columns)
     if statuses is not None:
         yield from status_lines(statuses, columns)
+    yield from forced_lines(decided)
     if not missed:
         return
     folds = InstanceFolds.of(model)
@@ -204,6 +208,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     decided = setting.statuses or Statuses.of(coverage, forced=campaign.forced)
     yield from lifted_lines(LiftedStatuses.of(campaign.model, decided), setting.columns)
     yield from _statuses(setting)
+    yield from forced_lines(decided)
     if setting.evidence is not None:
         yield from asserted_line(setting.evidence, setting.columns)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
@@ -217,7 +222,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from _answer_lines(setting.answers)
     yield from finding_lines(campaign, setting.findings, setting.commands)
     yield from unused_lines(campaign)
-    yield from missed_table(campaign.model, coverage, setting.columns, setting.statuses)
+    yield from missed_table(campaign.model, coverage, setting.columns, decided)
     if setting.evidence is not None:
         yield from unasserted_lines(setting.evidence, setting.columns, setting.mutate)
     yield from _reasons(campaign, setting)
@@ -232,7 +237,8 @@ def _short_of_goal(campaign: Campaign) -> Iterator[Text]:
 
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Yield the failures, the missed obligations and their reasons."""
-    yield from missing_lines(campaign.model, campaign.coverage, setting.file, setting.columns, setting.statuses)
+    coverage, forced = campaign.coverage, campaign.forced
+    yield from missing_lines(campaign.model, coverage, setting.file, setting.columns, setting.statuses, forced=forced)
     yield from _early(setting)
     yield from _answer_lines(setting.answers)
     yield from finding_lines(campaign, setting.findings, setting.commands)

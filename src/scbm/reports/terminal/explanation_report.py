@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, InstanceFolds
+from scbm.cases.coverage import FORCED_NOTE, Aspect, InstanceFolds
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.cases.trace import PlanReceived
 from scbm.closing import Decision
@@ -49,7 +49,6 @@ _STYLES = {
     Decision.UNCOVERABLE: "bold",
     Decision.EXCLUDED: "bold",
     Decision.WAIVED: "bold",
-    Decision.FORCED: "bold yellow",
     Decision.UNDECIDED: "bold red",
 }
 
@@ -138,8 +137,8 @@ class _ExplanationText:
         """Yield the text of explanations that differ only in their obligations."""
         explanation = alike[0]
         decided = explanation.decided
-        is_by_case = decided.case is not None and decided.decision is not Decision.WAIVED
-        by = f" by {decided.case}" if is_by_case else ""
+        by = f" by {decided.case}" if decided.decision is Decision.COVERED else ""
+        by += f"; {FORCED_NOTE}" if decided.is_forced else ""
         name = str(decided.obligation)
         is_of_many = len({each.decided.obligation.subject for each in alike}) > 1
         if len(alike) > 1:
@@ -149,13 +148,11 @@ class _ExplanationText:
             .append("  ")
             .append(f"{decided.decision.words}{by}", style=_STYLES[decided.decision])
         )
-        if explanation.visit is not None:
-            if not is_by_case:
-                yield Text(f"  {_sentence(decided.reason)}")
-            yield from self._visit(explanation.visit, decided.obligation)
-        else:
+        if decided.decision is not Decision.COVERED:
             of_it = self._folds.in_entries(reason_about_it(decided.reason, decided.obligation.subject))
             yield from self._not_covered(explanation, of_it if is_of_many else decided.reason)
+        if explanation.visit is not None:
+            yield from self._visit(explanation.visit, decided.obligation)
         suggestions: dict[tuple[str, str | None], Suggestion] = {}  # those of instances have the same text
         for suggestion in (suggestion for each in alike for suggestion in each.suggestions):
             text = suggestion.text
@@ -189,6 +186,7 @@ class _ExplanationText:
         yield Text(f"  At {format_moment(visit.at_ns)} {visit_sentence(obligation)}:")
         yield from _picture(visit, self._model)
         if is_new:
+            yield from (Text(f"  {_sentence(note)}") for note in visit.execution.notes)
             end = visit.execution.verdict.end.replace("_", " ")
             yield Text(f"  The run ends {end} after {format_moment(visit.execution.ended_ns)}.")
 

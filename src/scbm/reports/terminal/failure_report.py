@@ -124,6 +124,8 @@ def shrunk_lines(shrunk: Shrunk, model: BehaviorModel) -> Iterator[Text]:
         yield Text(f"      within {format_duration(case.limits.time_ns)}", style="dim")
     for line in lines_that_show(model, shrunk.execution, [shrunk.failure]):
         yield Text("    ").append_text(line)
+    for note in shrunk.execution.notes:
+        yield Text(f"    note: {note}")
     for choice in shrunk.matters:
         yield Text("    it matters: ").append(str(choice))
     if not shrunk.matters:

@@ -24,7 +24,7 @@ from scbm.reports.figure_table import (
     shown_path,
 )
 from scbm.reports.missed_reasons import close_command
-from scbm.reports.status_lines import lifted_lines, status_lines
+from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
 from scbm.testing.campaign import coverage_json, lifted_json
 
@@ -155,6 +155,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield from lifted_lines(history.lifted, columns)
     if history.decided is not None:
         yield from status_lines(history.decided, columns)
+    yield from forced_lines(history.statuses)
     yield from asserted_line(history.evidence, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
     short = short_of_goal_in_words(history.short_count, history.short)

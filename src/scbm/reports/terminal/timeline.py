@@ -71,8 +71,10 @@ def timeline(
     yield from map(draw_line, event_lines(model, execution, every=every))
     bars = list(_bars(execution, columns))
     yield from [Text(), *bars] if bars else []
-    if execution.trace.records and (execution.verdict.failures or execution.unused):
+    if execution.trace.records and (execution.verdict.failures or execution.unused or execution.notes):
         yield Text()
+    for note in execution.notes:
+        yield Text("NOTE  ", style="bold").append(note)
     for unused in execution.unused:
         yield Text("NO EFFECT  ", style="bold yellow").append(unused)
     for failure in execution.verdict.failures:
@@ -126,7 +128,8 @@ def _bars(execution: Execution, columns: int) -> Iterator[Text]:
         _add_bars(row, [span for span in spans if span.operation == name], bar_width, execution.ended_ns)
         yield row
     marks = [f"{mark} {state.value}" for state, mark in _BAR_MARKS.items() if any(s.outcome is state for s in spans)]
-    yield Text(f"{'':<{width}}  {'   '.join(marks)}", style="dim")
+    if marks:
+        yield Text(f"{'':<{width}}  {'   '.join(marks)}", style="dim")
 
 
 def _operations(execution: Execution) -> tuple[OperationSpan, ...]:

@@ -14,6 +14,7 @@ from scbm.cases import EnvironmentChange
 from scbm.cases.injections import MAX_CHANGES
 from scbm.model import Diagnostic, InputError, Latency, LatencyShape, Place, Rate, RateKind, Slug
 from scbm.running.simulation.default_reactions import draw_time_ns
+from scbm.running.simulation.rate_watch import RateWatch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 
     from scbm.cases.trace import Changes
     from scbm.model import Value
-    from scbm.running.program import CompiledStep, Program
+    from scbm.running.outside_changes import TransitionMaker
+    from scbm.running.program import Program
 
 DRAWN_INPUT_MEAN_NS = 10_000_000_000
 """The mean time between two changes of an input that the model gives no rate: some changes in a typical run."""
@@ -34,19 +36,20 @@ class ClockTick(NamedTuple):
         at_ns: when it is.
         clock: the number of the clock, or of the recorded change.
         start: how many times the clock had been started.
+        precedes: whether it comes before all other events of its moment, and not after them.
     """
 
     at_ns: int
     clock: int
     start: int = 0
+    precedes: bool = False
 
 
 class EnvironmentMoves(Protocol):
     """Decides what the environment changes in one run."""
 
-    @property
-    def is_pending(self) -> bool:
-        """Whether something will change if nothing but time passes."""
+    def is_pending(self, state: int) -> bool:
+        """Return whether something will change if nothing but time passes from a settled packed state on."""
         ...
 
     def begin(self) -> Sequence[ClockTick]:
@@ -73,26 +76,49 @@ class EnvironmentMoves(Protocol):
         """Return all changes of a run that has ended; `is_waiting`: it waited for a change until the end."""
         ...
 
+    def off_rates(self) -> tuple[str, ...]:
+        """Return a sentence for each change that came at another time than the rates of the model allow."""
+        ...
+
 
 class RecordedMoves:
     """Repeats the changes of a case."""
 
-    def __init__(self, changes: Sequence[EnvironmentChange]) -> None:
+    def __init__(self, program: Program, changes: Sequence[EnvironmentChange]) -> None:
         self._changes = tuple(changes)
-        self._left = len(self._changes)
+        self._when = [None if change.when is None else program.test(change.when) for change in self._changes]
+        self._tried = [0] if self._is_tried(0) else []
+        self._scheduled = 0
+        self._rates = RateWatch(program)
 
-    @property
-    def is_pending(self) -> bool:
-        """Whether a change is left."""
-        return self._left > 0
+    def _is_tried(self, number: int) -> bool:
+        """Return whether a change waits for its `when`, once the change before it has acted."""
+        return number < len(self._when) and self._when[number] is not None
+
+    def _holds(self, number: int, state: int) -> bool:
+        test = self._when[number]
+        return test is not None and test(state)
+
+    def is_pending(self, state: int) -> bool:
+        """Return whether the time of a change runs, or its predicate holds."""
+        return self._scheduled > 0 or any(self._holds(number, state) for number in self._tried)
 
     def begin(self) -> Sequence[ClockTick]:
-        """Return a tick for each change."""
-        return [ClockTick(change.at_ns, number) for number, change in enumerate(self._changes)]
+        """Return a tick for each change with a time of its own."""
+        ticks = [ClockTick(c.at_ns, number) for number, c in enumerate(self._changes) if c.at_ns is not None]
+        self._scheduled += len(ticks)
+        return ticks
 
-    def observe(self, state: int, now_ns: int) -> Sequence[ClockTick]:  # noqa: ARG002 - as the protocol says
-        """Return nothing: all changes are scheduled at the beginning."""
-        return ()
+    def observe(self, state: int, now_ns: int) -> Sequence[ClockTick]:
+        """Return a tick for each change whose predicate holds first now."""
+        self._rates.observe(state, now_ns)
+        found = [number for number in self._tried if self._holds(number, state)]
+        if not found:
+            return ()
+        self._tried = [number for number in self._tried if number not in found]
+        self._scheduled += len(found)
+        after = ((self._changes[number].after_ns, number) for number in found)
+        return [ClockTick(now_ns + after_ns, number, precedes=not after_ns) for after_ns, number in after]
 
     def tick(
         self,
@@ -102,12 +128,20 @@ class RecordedMoves:
         is_waiting: bool,  # noqa: ARG002
     ) -> tuple[EnvironmentChange | None, ClockTick | None]:
         """Return the change of the case."""
-        self._left -= 1
-        return self._changes[tick.clock], None
+        self._scheduled -= 1
+        if self._is_tried(tick.clock + 1):
+            self._tried.append(tick.clock + 1)
+        change = self._changes[tick.clock]
+        self._rates.act(change.by, tick.at_ns)
+        return change, None
 
     def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:  # noqa: ARG002 - as the protocol says
         """Return the changes of the case."""
         return self._changes
+
+    def off_rates(self) -> tuple[str, ...]:
+        """Return a sentence for each change that came at another time than the rates of the model allow."""
+        return tuple(self._rates.left)
 
 
 @dataclass(slots=True)
@@ -116,7 +150,7 @@ class _TransitionClock:
 
     Attributes:
         rate: when it starts, and how long it runs.
-        step: the transition; `None` for variables that change freely.
+        maker: the transition; `None` for variables that change freely.
         values: the variables that change freely, each with its values.
         starts: how many times it was started.
         due_ns: when it passes; `None` while it does not run.
@@ -124,7 +158,7 @@ class _TransitionClock:
     """
 
     rate: Rate
-    step: CompiledStep | None
+    maker: TransitionMaker | None
     values: tuple[tuple[str, tuple[Value, ...]], ...] = ()
     starts: int = 0
     due_ns: int | None = None
@@ -133,7 +167,11 @@ class _TransitionClock:
     @property
     def name(self) -> str:
         """The name of the transition; empty without one."""
-        return "" if self.step is None else self.step.name
+        return "" if self.maker is None else self.maker.name
+
+    def holds(self, state: int) -> bool:
+        """Return whether the guard of its transition holds in a packed state."""
+        return self.maker is not None and self.maker.holds(state)
 
 
 class DrawnMoves:
@@ -152,11 +190,11 @@ class DrawnMoves:
         """
         self._program = program
         self._random = random
-        rates = zip(program.model.environment, program.environment, strict=True)
-        self._clocks = [_TransitionClock(each.rate, step) for each, step in rates if each.rate is not None]
+        rates = zip(program.model.environment, program.outside.transitions, strict=True)
+        self._clocks = [_TransitionClock(each.rate, maker) for each, maker in rates if each.rate is not None]
         if moves_inputs:
             rate = Rate(RateKind.EVERY, Latency(LatencyShape.EXPONENTIAL, (DRAWN_INPUT_MEAN_NS,)))
-            self._clocks += [_TransitionClock(rate, None, group.values) for group in program.free_groups]
+            self._clocks += [_TransitionClock(rate, None, maker.values) for maker in program.outside.free]
         self._guarded = [(n, c) for n, c in enumerate(self._clocks) if c.rate.kind is RateKind.AFTER]
         self._taken: list[EnvironmentChange] = []
 
@@ -165,10 +203,14 @@ class DrawnMoves:
         """Whether nothing will ever change."""
         return not self._clocks
 
-    @property
-    def is_pending(self) -> bool:
-        """Whether a clock runs."""
-        return any(clock.due_ns is not None for clock in self._clocks)
+    def is_pending(self, state: int) -> bool:
+        """Return whether a clock runs in this state, or starts in it, as its guard has become true."""
+        return any(
+            (not clock.held or clock.due_ns is not None) and clock.holds(state)
+            if clock.rate.kind is RateKind.AFTER
+            else clock.due_ns is not None
+            for clock in self._clocks
+        )
 
     def begin(self) -> Sequence[ClockTick]:
         """Start the clocks that need no guard."""
@@ -180,7 +222,7 @@ class DrawnMoves:
         return [self._start(number, now_ns) for number, clock in self._guarded if self._has_become_true(clock, state)]
 
     def _has_become_true(self, clock: _TransitionClock, state: int) -> bool:
-        held, clock.held = clock.held, clock.step is not None and clock.step.test(state)
+        held, clock.held = clock.held, clock.holds(state)
         if not clock.held:
             clock.due_ns = None
         return clock.held and not held
@@ -210,7 +252,7 @@ class DrawnMoves:
             return None, following
         if len(self._taken) == MAX_CHANGES:
             raise InputError([self._too_many(clock)])
-        self._taken.append(EnvironmentChange(tick.at_ns, changes, clock.name))
+        self._taken.append(EnvironmentChange(tick.at_ns, changes, clock.name if changes else ""))
         return self._taken[-1], following
 
     def _too_many(self, clock: _TransitionClock) -> Diagnostic:
@@ -221,10 +263,10 @@ class DrawnMoves:
         return Diagnostic(Slug.BAD_LATENCY, message, clock.rate.place or Place(self._program.model.name), remedy)
 
     def _changes(self, clock: _TransitionClock, state: int) -> Changes:
-        if clock.step is None:
+        if clock.maker is None:
             return self._drawn(clock, state)
-        after = clock.step.update(state) if clock.step.test(state) else None
-        return () if after is None else self._program.packing.changes(state, after)
+        after = next(clock.maker.following(state, ()), state)
+        return self._program.packing.changes(state, after)
 
     def _drawn(self, clock: _TransitionClock, state: int) -> Changes:
         """Draw another value of one of the variables that change freely."""
@@ -243,4 +285,9 @@ class DrawnMoves:
         running = [clock for clock in self._clocks if clock.due_ns is not None]
         if running:
             first = min(running, key=lambda clock: clock.due_ns or 0)
-            yield EnvironmentChange(first.due_ns or 0, (), first.name)
+            yield EnvironmentChange(first.due_ns or 0, ())
+
+    @staticmethod
+    def off_rates() -> tuple[str, ...]:
+        """Return nothing: what is drawn keeps to the rates."""
+        return ()

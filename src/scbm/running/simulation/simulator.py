@@ -31,17 +31,20 @@ from scbm.running.events import (
     SendRequest,
     TimePassed,
 )
+from scbm.running.outside_changes import TransitionMaker
 from scbm.running.program import Program
 from scbm.running.runner import Runner
 from scbm.running.simulation.environment_moves import ClockTick
 from scbm.running.simulation.free_choices import MessageKind
+from scbm.running.simulation.impossible_changes import ImpossibleChange, why_impossible
+from scbm.running.simulation.rate_watch import RateWatch
 from scbm.running.simulation.simulated_resources import Job, SimulatedResource
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scbm.cases import Case, CaseLimits, EnvironmentChange, Restart
-    from scbm.cases.trace import Record
+    from scbm.cases.trace import Changes, Record
     from scbm.model import BehaviorModel
     from scbm.planning import Answer, PlanSource
     from scbm.running.events import OutwardEffect
@@ -58,12 +61,18 @@ class Simulated:
         ended_ns: the virtual time of the end.
         records: the trace.
         moves: what the environment changed; `None` if nothing decided about it.
+        impossible: the change of the case that no maker could make; then `end` is `impossible`, and it is no run.
+        left_out: the changes of the case that no maker could make on a mutant.
+        off_rates: a sentence for each change that came at another time than the rates of the model allow.
     """
 
     end: End
     ended_ns: int
     records: tuple[Record, ...]
     moves: tuple[EnvironmentChange, ...] | None = None
+    impossible: ImpossibleChange | None = None
+    left_out: tuple[ImpossibleChange, ...] = ()
+    off_rates: tuple[str, ...] = ()
 
 
 class TooLongError(Exception):
@@ -99,19 +108,19 @@ class Simulator:
         self.planner = Planner.of(model)
         self.plans: PlanSource = plans or PlanCache(self.planner)
         self.resources = {resource.name: resource for resource in model.resources}
-        self.replans = False
+        self.is_of_mutant = False
 
     def of_mutant(self, mutant: BehaviorModel, *, plans_alike: bool) -> Simulator:
         """Return a simulator of a mutant of the model, with the same limits.
 
-        It asks the planner where a plan that a case has is no plan of the mutant.
+        It asks the planner where a plan that a case has is no plan of the mutant, and leaves out impossible changes.
 
         Args:
             mutant: the mutant.
             plans_alike: whether each planning problem has the same answer in both, so that they share the answers.
         """
         simulator = copy(self)
-        simulator.model, simulator.replans = mutant, True
+        simulator.model, simulator.is_of_mutant = mutant, True
         simulator.program = self.program.of_mutant(mutant)
         simulator.resources = {resource.name: resource for resource in mutant.resources}
         if not plans_alike:
@@ -120,7 +129,7 @@ class Simulator:
         return simulator
 
     def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
-        """Run a case until each of its goals is reached or given up.
+        """Run a case until each of its goals is reached or given up, or a change that it lists is impossible.
 
         Args:
             case: the case.
@@ -135,8 +144,7 @@ class Simulator:
         run = _SimulationRun(self, runner, choices, case)
         for injection in case.injections:
             run.schedule(0, InjectionGiven(injection))
-        run.schedule(0, GoalGiven(case.goal, case.predicate))
-        for goal in case.later:
+        for goal in case.goals:
             run.schedule(0, GoalGiven(goal.name, goal.predicate, goal.when))
         run.plan_restarts(case.network.restarts_of_resources)
         run.begin_environment()
@@ -172,10 +180,25 @@ class _Restarts(Struct, frozen=True):
     is_down: bool
 
 
-_Occurrence: TypeAlias = Event | _Arrives | _Finishes | _Restarts | ClockTick
+class _Changes(Struct, frozen=True):
+    """Something outside the model changes variables now; several entries of one change follow each other."""
+
+    values: Changes
+    by: str
+
+
+_Occurrence: TypeAlias = Event | _Arrives | _Finishes | _Restarts | ClockTick | _Changes
 
 _BEHIND_ALL_OTHERS = 1 << 62
 """Added to the order of a change of the environment: at one moment it comes after all other events."""
+
+
+class _ImpossibleChangeError(Exception):
+    """No maker can make a change that the case lists."""
+
+    def __init__(self, change: ImpossibleChange) -> None:
+        super().__init__(str(change))
+        self.change = change
 
 
 class _SimulationRun:
@@ -187,6 +210,8 @@ class _SimulationRun:
         self._runner = runner
         self._choices = choices
         self._environment = choices.environment
+        self._rates = RateWatch(simulator.program) if case.environment else None
+        self._left_out: list[ImpossibleChange] = []
         self._is_waiting = False
         self._order = count()
         self._heap: list[tuple[int, int, _Occurrence]] = []
@@ -215,35 +240,50 @@ class _SimulationRun:
 
     def _schedule_ticks(self, ticks: Iterable[ClockTick]) -> None:
         for tick in ticks:
-            heapq.heappush(self._heap, (tick.at_ns, _BEHIND_ALL_OTHERS + next(self._order), tick))
+            order = next(self._order) + (-_BEHIND_ALL_OTHERS if tick.precedes else _BEHIND_ALL_OTHERS)
+            heapq.heappush(self._heap, (tick.at_ns, order, tick))
 
     def finish(self, most_records: int | None) -> Simulated:
         """Process events until the run for the last goal ends; raise `TooLongError` beyond `most_records`."""
-        while self._goals:
-            if most_records is not None and len(self._records) > most_records:
-                raise TooLongError
-            if self._environment is not None:
-                self._observe(self._environment)
-            for effect in self._runner.handle(self._next_event(), self._now_ns):
-                if isinstance(effect, OUTWARD):
-                    self._perform(effect)
-                else:
-                    self._records.append(effect)
-                    if self._choices.needs_operation:
-                        self._follow_operation(effect)
+        impossible = None
+        try:
+            while self._goals:
+                if most_records is not None and len(self._records) > most_records:
+                    raise TooLongError
+                self._handle(self._next_event())
+        except _ImpossibleChangeError as error:
+            self._end, impossible = End.IMPOSSIBLE, error.change
         assert self._end is not None  # noqa: S101 - a case has a goal, and its run has ended
-        moves = None if self._environment is None else self._environment.taken(is_waiting=self._is_waiting)
-        return Simulated(self._end, self._now_ns, tuple(self._records), moves)
+        moves = (
+            None
+            if self._environment is None
+            else self._environment.taken(is_waiting=self._is_waiting and self._end is End.TIME_LIMIT)
+        )
+        off_rates = () if self._rates is None else tuple(self._rates.left)
+        left_out = tuple(self._left_out)
+        return Simulated(self._end, self._now_ns, tuple(self._records), moves, impossible, left_out, off_rates)
+
+    def _handle(self, event: Event) -> None:
+        """Let the runner handle an event, and carry out what it wants."""
+        for effect in self._runner.handle(event, self._now_ns):
+            if isinstance(effect, OUTWARD):
+                self._perform(effect)
+            else:
+                self._records.append(effect)
+                if self._choices.needs_operation:
+                    self._follow_operation(effect)
+        if self._environment is not None and self._goals:
+            self._observe(self._environment)
 
     # the environment
 
     def _observe(self, environment: EnvironmentMoves) -> None:
-        """Start and stop clocks in the state in which the runner is settled; end a wait for nothing."""
-        self._schedule_ticks(environment.observe(self._runner.packed_state, self._now_ns))
-        was_pending, self._runner.changes_pending = self._runner.changes_pending, environment.is_pending
+        """Start and stop clocks in the state in which the runner is settled."""
+        state = self._runner.packed_state
+        self._schedule_ticks(environment.observe(state, self._now_ns))
+        if self._rates is not None:
+            self._rates.observe(state, self._now_ns)
         self._is_waiting = self._runner.awaits_change
-        if self._is_waiting and was_pending and not environment.is_pending:
-            self.schedule(self._now_ns, TimePassed())
 
     def _tick(self, tick: ClockTick) -> Event | None:
         assert self._environment is not None  # noqa: S101 - only an environment has clocks
@@ -252,7 +292,43 @@ class _SimulationRun:
         )
         if following is not None:
             self._schedule_ticks((following,))
-        return None if change is None else Measured(change.assign, change.by)
+        return None if change is None else self._begin_change(change)
+
+    def _begin_change(self, change: EnvironmentChange) -> Event:
+        """Return the event of a change. One that no maker makes at once is several, one for each of its sources."""
+        outside, state = self._simulator.program.outside, self._runner.packed_state
+        if change.assign is None:
+            made = (
+                after for each in outside.transitions if each.name == change.by for after in each.following(state, ())
+            )
+            return self._change(self._simulator.program.packing.changes(state, next(made, state)), change.by)
+        parts = [change.assign]
+        if not change.by and not self._runner.can_be_changed(change.assign):
+            parts = outside.parts(change.assign)
+        for number, part in enumerate(parts[1:], start=1 - len(parts)):
+            heapq.heappush(self._heap, (self._now_ns, number - _BEHIND_ALL_OTHERS, _Changes(part, change.by)))
+        return self._change(parts[0], change.by)
+
+    def _change(self, values: Changes, by: str) -> Event:
+        """Return the event in which something outside the model changes variables."""
+        if not self._runner.can_be_changed(values, by):
+            return self._refuse(values, by)
+        maker = self._runner.maker_of(values, by)
+        if not isinstance(maker, TransitionMaker):
+            return Measured(values)
+        if self._rates is not None:
+            self._rates.act(maker.name, self._now_ns)
+        return Measured(values, maker.name)
+
+    def _refuse(self, values: Changes, by: str) -> Event:
+        """End the run, as a change of the case is impossible; leave out the change on a mutant."""
+        state, is_settled = self._runner.state, self._runner.is_settled
+        reason = why_impossible(self._simulator.model, state, values, by, is_settled=is_settled)
+        change = ImpossibleChange(self._now_ns, values, by, reason)
+        if not self._simulator.is_of_mutant:
+            raise _ImpossibleChangeError(change)
+        self._left_out.append(change)
+        return Measured(())
 
     # time
 
@@ -279,6 +355,8 @@ class _SimulationRun:
                 self._restart(resource, is_down=is_down)
             case ClockTick():
                 return self._tick(occurrence)
+            case _Changes(values, by):
+                return self._change(values, by)
             case _:
                 return occurrence
         return None
@@ -359,11 +437,11 @@ class _SimulationRun:
     # planning
 
     def _plan(self, asked: AskPlan) -> None:
-        """Plan at once: planning takes no time in a simulation."""
+        """Plan now; the answer comes after the time that plans of the case take, by default at once."""
         simulator = self._simulator
-        if self._case.plans and not simulator.replans:
+        if self._case.plans and not simulator.is_of_mutant:
             known = recorded_answer(self._case, asked.ask, simulator.planner, asked.state, asked.goal)
-            self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(known.status), known.plan))
+            self._answer_later(PlanAnswered(asked.ask, PlanStatus(known.status), known.plan))
             return
         try:
             plans = self._choices.plans or simulator.plans
@@ -373,7 +451,10 @@ class _SimulationRun:
         plan = answer.plan if isinstance(answer, Solved) else ()
         if self._case.plans and self._is_still_a_plan(asked, answer):
             plan = self._case.plans[asked.ask - 1].plan
-        self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(answer.status), plan))
+        self._answer_later(PlanAnswered(asked.ask, PlanStatus(answer.status), plan))
+
+    def _answer_later(self, answer: PlanAnswered) -> None:
+        self.schedule(self._now_ns + self._case.planning_ns, answer)
 
     def _is_still_a_plan(self, asked: AskPlan, answer: Answer) -> bool:
         """Return whether the plan that the case has is as good as the answer of the planner of a mutant."""

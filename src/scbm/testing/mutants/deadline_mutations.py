@@ -6,7 +6,7 @@ from abc import abstractmethod
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scbm.model import format_duration, stable_durations
+from scbm.model import format_duration
 from scbm.testing.mutants.model_parts import with_operation
 from scbm.testing.mutants.mutation import Mutant, MutatedPart, Mutation, SubjectKind
 
@@ -39,11 +39,9 @@ class DeadlineMutation(Mutation):
 
     def _mutant(self, old: Operation, new: Operation, part: MutatedPart, model: BehaviorModel) -> Mutant:
         before, after = _written(old, part), _written(new, part)
-        with stable_durations():
-            changed_to = _written(new, part)
         parts = (part,) if old.timedout == new.timedout else (part, MutatedPart.TIMEDOUT)
         return Mutant(
-            name=f"{old.name}/{part}/{changed_to or 'none'}",
+            name=f"{old.name}/{part}/{after or 'none'}",
             operator=self.name,
             kind=SubjectKind.OPERATION,
             subject=old.name,

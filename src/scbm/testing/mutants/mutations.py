@@ -67,7 +67,7 @@ _ALL: tuple[Mutation, ...] = (
 MUTATIONS: dict[str, Mutation] = {mutation.name: mutation for mutation in _ALL}
 """The mutation operators by their names, in the order of reports."""
 
-OPERATORS_VERSION = 1
+OPERATORS_VERSION = 2
 """The version of the operators. A new operator raises it, and so does a change after which an operator makes other
 mutants of some model, or gives them other names: results that stores have of the operators before do not count any more
 (decision 52).

@@ -55,7 +55,7 @@ def test_a_model_without_anything_outside_is_closed() -> None:
     assert assumptions(read_model(BARE), [UNCOVERABLE]) == (SEQUENCE, ANY, CLOSED)
 
 
-@pytest.mark.parametrize("decisions", [[], [Decision.COVERED, Decision.WAIVED, Decision.FORCED, Decision.UNDECIDED]])
+@pytest.mark.parametrize("decisions", [[], [Decision.COVERED, Decision.WAIVED, Decision.UNDECIDED]])
 def test_without_proofs_nothing_is_assumed(decisions: list[Decision]) -> None:
     assert assumptions(read_model(BARE), decisions) == ()
 

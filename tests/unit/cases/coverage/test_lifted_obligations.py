@@ -31,12 +31,11 @@ from scbm.files import read_model
 from scbm.model import Waiver
 from support.profiles import examples
 
-C, U, E, W, F, X = (
+C, U, E, W, X = (
     Decision.COVERED,
     Decision.UNCOVERABLE,
     Decision.EXCLUDED,
     Decision.WAIVED,
-    Decision.FORCED,
     Decision.UNDECIDED,
 )
 
@@ -68,8 +67,8 @@ def coverage_of(*visited: Obligation) -> Coverage:
         ([U, U], U),
         ([U, E], E),
         ([U, W, E], W),
-        ([W, F, E], F),
-        ([X, F, W, E, U], X),
+        ([W, E], W),
+        ([X, W, E, U], X),
     ],
 )
 def test_a_lifted_obligation_has_the_first_status_of_its_instances(decisions: list[Decision], folded: Decision) -> None:
@@ -106,7 +105,7 @@ def test_visited_instances_under_other_objects_count_like_instances() -> None:
     forced = ObjectListVisits.of(MODEL, 1, visits["d1"], visits["d1"])
     proof = StatusProof(Decision.UNCOVERABLE, "no request fails", "c")
     statuses = Statuses.of(coverage_of(), {f"open_it.d{number}/failed": proof for number in (1, 2)})
-    for others, decision, visited in (((), U, 0), ((free,), C, 1), ((forced,), F, 1), ((forced, free), C, 1)):
+    for others, decision, visited in (((), U, 0), ((free,), C, 1), ((forced,), X, 1), ((forced, free), C, 1)):
         lifted = LiftedStatuses.of(MODEL, statuses, others)
         assert lifted is not None
         (entry,) = (each for each in lifted.entries if str(each.obligation) == "open_it/failed")
@@ -128,9 +127,9 @@ def test_an_instance_that_only_a_forced_state_covers_is_visited() -> None:
         ((), (), X, 1),
         (("d1", "d2"), (), U, 1),
         (("d2",), (), X, 1),
-        (("d1",), (), F, 1),
+        (("d1",), (), X, 1),
         ((), ("d1", "d2"), W, 1),
-        ((), ("d1",), F, 1),
+        ((), ("d1",), X, 1),
     ],
 )
 def test_the_figure_counts_forced_visits_whatever_the_status_is(

@@ -30,14 +30,13 @@ def test_statuses_stand_in_the_order_in_which_they_apply() -> None:
         "uncoverable",
         "excluded",
         "waived",
-        "forced",
         "undecided",
     ]
 
 
 def test_what_can_be_covered_leaves_out_uncoverable_excluded_and_waived_obligations() -> None:
     counts = count_statuses([*Decision, Decision.COVERED])
-    assert coverable_figure(counts) == Figure(2, 4)
+    assert coverable_figure(counts) == Figure(2, 3)
 
 
 def test_statuses_that_are_rare_are_named_only_where_they_occur(wording: Wording) -> None:
@@ -81,8 +80,10 @@ def test_the_first_status_that_holds_is_the_status() -> None:
         Decision.EXCLUDED,
         Decision.WAIVED,
         Decision.WAIVED,
-        Decision.FORCED,
+        Decision.UNDECIDED,
     ]
+    assert [entry.is_forced for entry in statuses.entries] == [False, True, True, True, False, True]
+    assert statuses.forced == 4
     assert statuses.coverable == Figure(1, 2)
 
 

@@ -12,6 +12,7 @@ from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
+    LivelockedAtRest,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
@@ -27,6 +28,7 @@ from scbm.cases.trace import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    RunnerStarted,
     RunStarted,
     Trace,
     read_trace,
@@ -38,6 +40,7 @@ from support.wording import Wording
 
 CHANGES = (("light", "red"), ("count", 2), ("done", True))
 EVERY_KIND: tuple[Record, ...] = (
+    RunnerStarted(0, CHANGES),
     RunStarted(0, "goal", "done == true", CHANGES),
     PlanAsked(0, 1, CHANGES),
     PlanReceived(0, 1, "solved", ("a", "b"), CHANGES),
@@ -47,15 +50,16 @@ EVERY_KIND: tuple[Record, ...] = (
     AutomaticTaken(1, "t", None, CHANGES),
     RequestSent(1, 1, "r", CHANGES, CHANGES),
     RequestCancelled(2, 1, "r", CHANGES),
-    ReplyReceived(2, 1, "r", False, CHANGES),
+    ReplyReceived(2, 1, "r", False, CHANGES, (("light", "red"),)),
     ReplyDropped(2, 1, "late"),
-    MeasurementReceived(2, CHANGES),
+    MeasurementReceived(2, CHANGES, "push", (("count", 2),)),
     MeasurementRefused(2, "light", 7),
-    InjectionApplied(3, "i", None, CHANGES),
-    PutBack(3, "i", CHANGES),
+    InjectionApplied(3, "i", None, CHANGES, forced=True),
+    PutBack(3, "i", CHANGES, forced=True),
     ResourceChanged(3, "i", "scan", "slower 1.5"),
     MessageDisturbed(3, 1, "scan", "reply", 0),
     RunEnded(3, "goal", "livelock", ("t", "u"), CHANGES),
+    LivelockedAtRest(3, ("t", "u")),
 )
 TRACE = Trace("model", "case", EVERY_KIND)
 
@@ -72,7 +76,7 @@ def test_a_text_with_an_end_of_line_of_its_own_stays_whole(end: str) -> None:
 
 
 def test_values_keep_their_kind() -> None:
-    line = json.loads(write_trace(TRACE).splitlines()[2])
+    line = json.loads(write_trace(TRACE).splitlines()[3])
     assert line["changes"] == {"light": "red", "count": 2, "done": True}
 
 
@@ -109,14 +113,14 @@ def test_a_trace_names_its_planner_which_the_digest_does_not_cover() -> None:
 def test_the_digest_is_that_of_the_text_with_a_header_without_a_planner() -> None:
     header, rest = write_trace(TRACE).split("\n", 1)
     assert '"planner":{"name":"canonical","version":"1"}' in header
-    text = '{"format":"scbm-trace","version":1,"model":"model","case":"case"}\n' + rest
+    text = '{"format":"scbm-trace","version":3,"model":"model","case":"case"}\n' + rest
     assert trace_digest(TRACE) == sha256(text.encode()).hexdigest()
 
 
-@pytest.mark.parametrize("version", ["1", "3", '"2"', "null"])
+@pytest.mark.parametrize("version", ["2", "4", '"3"', "null"])
 def test_another_version_of_the_format_is_refused(version: str, wording: Wording) -> None:
     with pytest.raises(InputError) as caught:
-        read_trace(write_trace(TRACE).replace('"version":2', f'"version":{version}'))
+        read_trace(write_trace(TRACE).replace('"version":3', f'"version":{version}'))
     (found,) = caught.value.diagnostics
     assert (found.slug, found.place.line) == (Slug.FORMAT_VERSION, 1)
     wording(found)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import pytest
 
-from scbm.cases.trace import AutomaticTaken, OperationStepped, RequestSent, RunStarted
+from scbm.cases.trace import AutomaticTaken, OperationStepped, RequestSent, RunnerStarted
 from scbm.closing import CloseLimits
 from scbm.closing.mutants.equivalences import Equivalences
 from scbm.closing.mutants.mutant_decisions import DifferentMutant, EquivalentMutant, MutantDecision, UndecidedMutant
@@ -205,7 +205,7 @@ def test_a_request_that_carries_another_value_shows_in_its_record(cell: Equivale
 def test_another_initial_value_shows_in_the_first_record(cell: Equivalences) -> None:
     found = witness(cell.decide(changed("tries: {domain: 0..3, initial: 0}", "tries: {domain: 0..3, initial: 1}")))
     starts = [run.trace.records[0] for run in (found.original, found.mutated)]
-    assert [dict(s.state)["tries"] for s in starts if isinstance(s, RunStarted)] == [0, 1]
+    assert [dict(s.state)["tries"] for s in starts if isinstance(s, RunnerStarted)] == [0, 1]
 
 
 def test_a_witness_is_benign_unless_the_mutant_breaks_a_requirement(cell: Equivalences) -> None:

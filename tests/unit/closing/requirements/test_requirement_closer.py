@@ -14,8 +14,8 @@ from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import load_model, read_case, read_model, write_case
 from scbm.model import BehaviorModel, GoalOrder, Outcome, PlanSet, RunsDeclaration
 from scbm.running.micro_steps import MicroStep, MicroSteps
-from scbm.testing import Campaign, FailureKind, RandomCases, Tester, withheld_changes
-from scbm.testing.case_sizes import size_of
+from scbm.testing import Campaign, FailureKind, RandomCases, Tester, waiting_runs
+from scbm.testing.shrinking.case_sizes import size_of
 from support.closings import closing_of
 from support.models import scan_cell
 from support.wording import Wording
@@ -220,7 +220,7 @@ def test_runs_that_wait_for_a_person_are_not_judged(monkeypatch: pytest.MonkeyPa
     found = decided(decide(model), "recovers")
     assert found.status == HOLDS
     wording(found.reason)
-    monkeypatch.setattr(withheld_changes, "_MOST_SITUATIONS", 1)
+    monkeypatch.setattr(waiting_runs, "_MOST_SITUATIONS", 1)
     found = decided(decide(model), "recovers")
     assert (found.status, found.reason.partition(",")[0]) == (UNDECIDED, "a run waits")
 

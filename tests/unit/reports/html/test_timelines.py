@@ -16,7 +16,7 @@ from zlib import decompress
 
 import pytest
 
-from scbm.cases.trace import Record, RunStarted, state_after
+from scbm.cases.trace import Record, RunnerStarted, state_after
 from scbm.files import load_model, read_case
 from scbm.model import BehaviorModel, format_value
 from scbm.reports.html.timelines import pack_timelines
@@ -73,7 +73,7 @@ def _records(packed: dict[str, Any], case: dict[str, Any]) -> Iterator[Unpacked]
         kind, *lane, sentence = case["table"][step][:5]
         flat = case["table"][step][5:]
         changes = {texts[variables[v][0]]: texts[t] for v, t in zip(flat[::2], flat[1::2], strict=True)}
-        if shared["kinds"][kind] == "run_started":
+        if shared["kinds"][kind] == "runner_started":
             state = {texts[name]: texts[value] for name, value, _ in variables}
         state = {**state, **changes} if state else {}
         shown = texts[sentence].replace("{}", str(number), 1)
@@ -95,7 +95,7 @@ def _must_be_alike(model: BehaviorModel, executions: Sequence[Execution]) -> Non
         assert [record.kind for record in shown] == [record.kind for record in records]
         for index, (unpacked, record) in enumerate(zip(shown, records, strict=True)):
             assert unpacked.state == _written(state_after(records[: index + 1]).items())
-            if not isinstance(record, RunStarted):
+            if not isinstance(record, RunnerStarted):
                 assert unpacked.changes == _written(record.changes)
             assert _names(record) <= {*unpacked.sentence.replace(":", " ").replace(",", " ").split()}
         assert case["ended_ns"] == execution.ended_ns
@@ -124,16 +124,15 @@ def test_written_cases_of_the_example_are_packed_record_by_record() -> None:
     _must_be_alike(model, executions)
 
 
-def test_injections_before_the_run_leave_no_state_and_those_in_it_are_packed() -> None:
+def test_injections_before_the_run_and_those_in_it_are_packed() -> None:
     execution = TESTER.execute(read_case(DISTURBED, BEFORE))
     kinds = [record.kind for record in execution.trace.records]
-    assert kinds[0] == "injection"
+    assert kinds[:3] == ["runner_started", "injection", "run_started"]
     assert {"put_back", "resource"} <= {*kinds}
     _must_be_alike(BEFORE, [execution])
     packed = pack_timelines(BEFORE, [execution])
-    first, *_ = _records(packed, _cases(packed)[0])
+    _, first, *_ = _records(packed, _cases(packed)[0])
     assert first.changes == {"gripper_act": "closed"}
-    assert first.state == {}
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from scbm.cases import Network, WindowFault
 from scbm.model import And
-from scbm.testing.case_sizes import MESSAGES, RULE_FIELDS, can_be_left_out
+from scbm.testing.shrinking.case_sizes import MESSAGES, RULE_FIELDS, can_be_left_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -33,17 +33,22 @@ def _plainest(case: Case, _: BehaviorModel) -> Iterator[Case]:
         yield replace(case, environment=())
 
 
-def _without_parts(case: Case, _: BehaviorModel) -> Iterator[Case]:
+def _without_parts(case: Case, model: BehaviorModel) -> Iterator[Case]:
     """Leave out injections, faults or forced outcomes: first half of them, in the end one."""
     for kept in _fewer(case.injections):
         yield replace(case, injections=kept)
     for fault, value in case.network.faults():
         for kept_windows in _fewer(value) if isinstance(fault, WindowFault) else ():
             yield replace(case, network=case.network.with_value(fault, kept_windows))
-    for kept_changes in _fewer(case.environment or ()):
-        yield replace(case, environment=kept_changes)
+    yield from without_changes(case, model)
     for kept_rules in _fewer(case.outcomes):
         yield replace(case, outcomes=kept_rules)
+
+
+def without_changes(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """Leave out changes from outside: first half of them, in the end one."""
+    for kept_changes in _fewer(case.environment or ()):
+        yield replace(case, environment=kept_changes)
 
 
 def _fewer(parts: tuple[_Part, ...]) -> Iterator[tuple[_Part, ...]]:
@@ -122,12 +127,24 @@ def _plainer(injection: Injection) -> Iterator[Injection]:
         yield replace(injection, after_ns=after_ns or None)
 
 
+def _computed_changes(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """Let environment transitions say what they change."""
+    changes = case.environment or ()
+    computed = tuple(replace(change, assign=None) if change.by else change for change in changes)
+    if computed != changes:
+        yield replace(case, environment=computed)
+
+
 def _rounder_changes(case: Case, _: BehaviorModel) -> Iterator[Case]:
-    """Round the times of what the environment changes."""
+    """Let what the environment changes come at the beginning, or round its times."""
     changes = case.environment or ()
     for index, change in enumerate(changes):
-        for at_ns in _rounder(change.at_ns):
+        if change.when is not None:
+            yield replace(case, environment=_replaced(changes, index, replace(change, when=None, at_ns=0, after_ns=0)))
+        for at_ns in _rounder(change.at_ns or 0):
             yield replace(case, environment=_replaced(changes, index, replace(change, at_ns=at_ns)))
+        for after_ns in _rounder(change.after_ns):
+            yield replace(case, environment=_replaced(changes, index, replace(change, after_ns=after_ns)))
 
 
 def _plainer_faults(case: Case, _: BehaviorModel) -> Iterator[Case]:
@@ -175,9 +192,9 @@ def _fewer_goals(case: Case, _: BehaviorModel) -> Iterator[Case]:
     for kept in _fewer(case.goals):
         if kept:
             yield case.with_goals((replace(kept[0], when=None), *kept[1:]))
-    for index, goal in enumerate(case.later):
+    for index, goal in enumerate(case.goals):
         if goal.when is not None:
-            yield replace(case, later=_replaced(case.later, index, replace(goal, when=None)))
+            yield case.with_goals(_replaced(case.goals, index, replace(goal, when=None)))
 
 
 def _other_goals(case: Case, model: BehaviorModel) -> Iterator[Case]:
@@ -201,6 +218,7 @@ def _replaced(parts: tuple[_Part, ...], index: int, part: _Part) -> tuple[_Part,
 
 
 STEPS: tuple[Step, ...] = (
+    _computed_changes,
     _plainest,
     _fewer_goals,
     _without_parts,

@@ -7,19 +7,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.trace import End
-from scbm.closing.runs.run_steps import RunSteps
 from scbm.model import OperationState
 from scbm.running.lifecycle import PlanEffect, parts_by_end
 from scbm.running.micro_steps import RequestSending, RunTurn
+from scbm.running.untimed.run_steps import RunSteps
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
-    from scbm.closing.runs.plan_queues import FollowingOperation
-    from scbm.closing.runs.run_steps import SettlingRun
-    from scbm.closing.runs.situations import Happening, Position, RunStep
     from scbm.running.lifecycle import OperationMove
     from scbm.running.micro_steps import AutomaticMove, MicroStep, RequestCancelling
+    from scbm.running.untimed.plan_queues import FollowingOperation
+    from scbm.running.untimed.run_steps import SettlingRun
+    from scbm.running.untimed.situations import Happening, Position, RunStep
 
 
 class NoteKind(Enum):
@@ -93,6 +93,11 @@ class NotedSteps(RunSteps):
         """Return the step in which the goal is given to a runner at rest in a packed state."""
         self._notes = []
         return self._noted(super().begin(state))
+
+    def resume(self, state: int, in_flight: Iterable[int]) -> RunStep:
+        """Return the step of a run without a plan from a packed state on, with these requests in flight."""
+        self._notes = []
+        return self._noted(super().resume(state, in_flight))
 
     def after(self, position: Position, happening: Happening) -> RunStep:
         """Return the step that an event starts in a position."""

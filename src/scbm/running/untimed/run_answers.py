@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from scbm.closing.runs.situations import PlanningTooLargeError
 from scbm.planning import DEFAULT_PLANNER, PlanLimits, Solved, Unsolvable
+from scbm.running.untimed.situations import PlanningTooLargeError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import Enum, StrEnum
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.coverage import Aspect, Obligations
-from scbm.proofcheck import Awaits
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scbm.cases.trace import Changes
-    from scbm.closing.runs.run_notes import RunNote
     from scbm.model import BehaviorModel, Value
     from scbm.running import Program
+    from scbm.running.outside_changes import Maker
+    from scbm.running.untimed.run_notes import RunNote
 
 MAX_ANSWERS = 10_000
 """Maximum number of plans in one step, with no event between them."""
@@ -22,6 +22,22 @@ MAX_ANSWERS = 10_000
 
 NO_GOAL = -1
 """The goal of a runner at rest."""
+
+
+class WaitsFor(StrEnum):
+    """What the runner waits for while no operation is current and its queue is empty, beside replies and deadlines."""
+
+    NOTHING = "nothing"
+    PLAN = "plan"
+    """The answer of the planner, which will be the plan in the queue."""
+    UNSOLVABLE = "unsolvable"
+    """The answer of the planner, which will be that no plan exists from the present state."""
+    STALE = "stale"
+    """The answer `UNSOLVABLE`, but the state has changed since the plan was requested."""
+    CHANGE = "change"
+    """Another state: no plan exists from the present one."""
+    NEXT = "next"
+    """The choice of the next operation among several plans; nothing else happens until then."""
 
 
 class Position(NamedTuple):
@@ -38,7 +54,7 @@ class Position(NamedTuple):
     state: int
     queue: int
     in_flight: tuple[int, ...]
-    awaits: Awaits
+    awaits: WaitsFor
     goal: int = 0
 
     @property
@@ -49,7 +65,7 @@ class Position(NamedTuple):
     @property
     def is_asking(self) -> bool:
         """Whether a planning request is pending."""
-        return self.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE)
+        return self.awaits in (WaitsFor.PLAN, WaitsFor.UNSOLVABLE, WaitsFor.STALE)
 
 
 class PlanningTooLargeError(Exception):
@@ -71,7 +87,6 @@ class HappeningKind(Enum):
     GIVE_UP = "the run ends, as no plan exists and nothing else is awaited"
     NEXT = "it is decided how the plan goes on"
     GOAL = "a goal is given to a runner at rest"
-    SETTLE = "a runner at rest takes automatic transitions"
     PLAN_LIMIT = "the limit of plans ends the run while a plan is requested"
 
 
@@ -80,10 +95,11 @@ class Happening(NamedTuple):
 
     Attributes:
         kind: what it is.
-        resource: which one replies; empty if it is no reply.
+        resource: which one replies; of a change from outside who makes it.
         succeeded: what the reply says.
         measured: what it carries; for a change from outside, what it changes.
         number: of the goal that is given; of the way in which the plan goes on, among those that are possible.
+        by: of a change from outside the kind of its maker.
     """
 
     kind: HappeningKind
@@ -91,13 +107,13 @@ class Happening(NamedTuple):
     succeeded: bool = False
     measured: Changes = ()
     number: int = 0
+    by: type[Maker] | None = None
 
 
 ANSWER = Happening(HappeningKind.ANSWER)
 DEADLINE = Happening(HappeningKind.DEADLINE)
 TIME_LIMIT = Happening(HappeningKind.TIME_LIMIT)
 GIVE_UP = Happening(HappeningKind.GIVE_UP)
-SETTLE = Happening(HappeningKind.SETTLE)
 PLAN_LIMIT = Happening(HappeningKind.PLAN_LIMIT)
 
 

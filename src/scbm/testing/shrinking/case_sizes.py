@@ -71,7 +71,7 @@ def size_of(execution: Execution, failure: Failure, model: BehaviorModel) -> Siz
 
 def _goals_size(case: Case, model: BehaviorModel) -> int:
     own = (goal.predicate for goal in case.goals if model.goal(goal.name) != goal.predicate)
-    waits = sum(goal.when is not None for goal in case.later)
+    waits = sum(goal.when is not None for goal in case.goals)
     return sum(len(predicate.reads()) + 1 for predicate in own) + len(case.later) + waits
 
 
@@ -100,10 +100,12 @@ def _details(case: Case) -> int:
         times = (injection.at_ns, injection.hold_ns, injection.after_ns)
         size += sum(part is not None for part in (injection.when, *times))
         size += injection.condition is not None and injection.condition.factor != 1
-    size += sum(len(change.assign) + _length(change.at_ns) for change in case.environment or ())
+    for change in case.environment or ():
+        size += len(change.assign or ()) + _length(change.at_ns or 0) + _length(change.after_ns)
+        size += (change.when is not None) + bool(change.after_ns)
     size += sum(_length(window.at_ns) + _length(window.for_ns) for _, _, window in case.network.windows())
     size += 2 * sum(can_be_left_out(fault) for fault, _ in case.network.faults())
-    return size + (case.limits.time_ns is not None) + (case.limits.plans is not None)
+    return size + (case.limits.time_ns is not None) + (case.limits.plans is not None) + bool(case.planning_ns)
 
 
 def can_be_left_out(fault: AnyNetworkFault) -> bool:
@@ -170,8 +172,13 @@ def _set(name: str, value: Value) -> str:
 
 def _change_words(change: EnvironmentChange) -> str:
     """Return a change of the environment in words: what changes, when, and what makes it."""
-    what = assignments(change.assign) or "a change without effect"
-    return f"{what} at {format_duration(change.at_ns)}, by {change.by or 'the environment'}"
+    what = assignments(change.assign or ()) or "a change without effect"
+    moment = f"at {format_duration(change.at_ns or 0)}"
+    if change.when is not None:
+        moment = f"{format_duration(change.after_ns)} after {change.when}" if change.after_ns else f"when {change.when}"
+    if change.assign is None:
+        return f"{change.by} {moment}"
+    return f"{what} {moment}, by {change.by or 'something outside'}"
 
 
 def _rule_words(rule: OutcomeRule) -> str:

@@ -14,24 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias, assert_never
 
 from scbm.cases.coverage import Aspect
 from scbm.cases.trace import End
-from scbm.closing.runs.outside_changes import OutsideChanges, choices
-from scbm.closing.runs.situations import (
-    ANSWER,
-    DEADLINE,
-    GIVE_UP,
-    MAX_ANSWERS,
-    NO_GOAL,
-    SETTLE,
-    TIME_LIMIT,
-    Happening,
-    HappeningKind,
-    PlanningTooLargeError,
-    Position,
-    RunStep,
-)
 from scbm.model import OperationState, PlanState
 from scbm.planning import Solved, Unsolvable
-from scbm.proofcheck import Awaits
 from scbm.running import RunnerOptions
 from scbm.running.lifecycle import OperationMove, PlanEffect
 from scbm.running.micro_steps import (
@@ -43,19 +27,34 @@ from scbm.running.micro_steps import (
     RunTurn,
     next_in_plan,
 )
+from scbm.running.outside_changes import OutsideChanges
+from scbm.running.untimed.relevance import choices, relevant_changes
+from scbm.running.untimed.situations import (
+    ANSWER,
+    DEADLINE,
+    GIVE_UP,
+    MAX_ANSWERS,
+    NO_GOAL,
+    TIME_LIMIT,
+    Happening,
+    HappeningKind,
+    PlanningTooLargeError,
+    Position,
+    RunStep,
+    WaitsFor,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.closing.runs.plan_queues import FollowingOperation, PlanQueues
-    from scbm.closing.runs.run_graph import Relevance
-    from scbm.closing.runs.situations import Visits
     from scbm.model.packing import Test
-    from scbm.model.sources import OutsideGroup
     from scbm.planning import Answer
     from scbm.running import Program
     from scbm.running.micro_steps import MicroStep
     from scbm.running.program import RequestLine
+    from scbm.running.untimed.plan_queues import FollowingOperation, PlanQueues
+    from scbm.running.untimed.relevance import Relevance
+    from scbm.running.untimed.situations import Visits
 
     Plan: TypeAlias = Callable[[int], Answer]
     """The planner's answer in a packed state."""
@@ -86,15 +85,15 @@ class _PlanQuestion(NamedTuple):
     visits: int
     gives_up: bool = False
 
-    def awaited(self, state: int) -> tuple[Awaits, int]:
+    def awaited(self, state: int) -> tuple[WaitsFor, int]:
         """Return what a run in `state` awaits while the question is open, and the queue of its position.
 
         A planner that will reach a limit counts as one that will find no plan: the run would end, and here it may go
         on.
         """
         if self.queue is not None:
-            return Awaits.PLAN, self.queue
-        return Awaits.UNSOLVABLE if self.state == state else Awaits.STALE, 0
+            return WaitsFor.PLAN, self.queue
+        return WaitsFor.UNSOLVABLE if self.state == state else WaitsFor.STALE, 0
 
 
 @dataclass(slots=True)
@@ -127,12 +126,12 @@ class SettlingRun:
     goal: int = 0
     cut_off_rests: tuple[int, ...] = ()
 
-    def position(self, awaits: Awaits, queue: int) -> Position:
+    def position(self, awaits: WaitsFor, queue: int) -> Position:
         """Return where the run is if it is settled."""
         in_flight = tuple([line.number for line in self.in_flight]) if self.in_flight else ()
         return Position(self.state, queue, in_flight, awaits, self.goal)
 
-    def waiting(self, awaits: Awaits) -> RunStep:
+    def waiting(self, awaits: WaitsFor) -> RunStep:
         """Return the step that is complete here, as the run waits for an event."""
         return self.complete(self.position(awaits, self.queue))
 
@@ -183,10 +182,10 @@ class RunSteps:
         goal: Test,
         plan: Plan,
         queues: PlanQueues,
-        outside: Sequence[OutsideGroup] = (),
         bound: int = RunnerOptions().livelock_bound,
         number: int = 0,
         *,
+        is_open: bool = False,
         is_sequence: bool = False,
     ) -> None:
         """Prepare the steps. Raises `TooManyRepliesError`.
@@ -198,9 +197,9 @@ class RunSteps:
             goal: whether the goal holds in a packed state.
             plan: the planner's answers.
             queues: what is left of plans; goals may share canonical ones.
-            outside: what something outside the model changes at settled moments; empty for a closed world.
             bound: maximum number of automatic transitions in one settling.
             number: the number of the goal.
+            is_open: whether something outside the model changes variables at settled moments.
             is_sequence: whether goals follow each other; then ends of runs lead to a runner at rest.
         """
         self.evaluated: dict[int, None] = {}
@@ -220,7 +219,8 @@ class RunSteps:
         replies = [_replies(line, relevance) for line in program.requests]
         self._replies = tuple(map(tuple, replies))
         self._changes = {reply: changes for each in replies for reply, changes in each.items()}
-        self._outside = OutsideChanges(outside, program, relevance)
+        self._outside = relevant_changes(program, relevance) if is_open else OutsideChanges(())
+        self._changed: dict[Happening, tuple[int, int]] = {}
         self._taken = {transition.name: visits.bit(transition.name, Aspect.TAKEN) for transition in program.automatic}
         self._entered = {name: _entered(name, visits) for name in program.operations}
         self._current = tuple(map(visits.current, program.operations))
@@ -242,21 +242,38 @@ class RunSteps:
         keep, bits = self._planning
         return self._settle(SettlingRun((state & keep | bits) & self._kept, 0, (), goal=self._number))
 
-    def initial(self, state: int) -> Position:
-        """Return the position of a runner at rest in a packed state."""
-        return Position(state & self._kept, 0, (), Awaits.NOTHING, NO_GOAL)
+    def resume(self, state: int, in_flight: Iterable[int]) -> RunStep:
+        """Return the step of a run without a plan from a packed state on, with these requests in flight."""
+        lines = tuple(self._program.requests[number] for number in in_flight)
+        return self._settle(SettlingRun(state & self._kept, 0, lines, goal=self._number))
+
+    def rest(self, state: int) -> Position:
+        """Return the position of a runner at rest in a packed state, in which it is settled."""
+        return Position(state & self._kept, 0, (), WaitsFor.NOTHING, NO_GOAL)
+
+    def start(self, state: int) -> RunStep:
+        """Return the step in which the runner starts in a packed state: it settles without a goal."""
+        visits, rests = self._idle(state & self._kept)
+        return RunStep(None, visits, rests=rests)
 
     def at_rest(self, rest: Position) -> Iterator[tuple[Happening, RunStep]]:
-        """Yield everything that can happen while no goal is pursued: automatic transitions, changes from outside."""
-        visits, rests = self._idle(rest.state)
-        yield SETTLE, RunStep(None, visits, rests=rests)
-        for change, after in self._outside.following(rest.state, ()):
+        """Yield everything that can happen while no goal is pursued: changes from outside, and what follows them."""
+        for change, after in self._changes_from_outside(rest.state, ()):
             visits, rests = self._idle(after)
             yield change, RunStep(None, visits, rests=rests)
 
+    def _changes_from_outside(self, state: int, in_flight: Sequence[int]) -> Iterator[tuple[Happening, int]]:
+        """Yield the changes from outside that are possible, each once, with the packed states after them."""
+        seen = dict[int, None]()
+        for maker, after in self._outside.following(state, in_flight):
+            if after not in seen:
+                seen[after] = None
+                changes = self._program.packing.changes(state, after)
+                yield Happening(HappeningKind.OUTSIDE, maker.name, measured=changes, by=type(maker)), after
+
     def happenings(self, position: Position) -> Iterable[Happening]:
         """Yield everything that can happen next, failures first: so walks have obstacles behind them."""
-        if position.awaits is Awaits.NEXT:
+        if position.awaits is WaitsFor.NEXT:
             count = len(self._queues.following(position.queue))
             yield from (Happening(HappeningKind.NEXT, number=number) for number in range(count))
             return
@@ -268,8 +285,8 @@ class RunSteps:
         if current is not None and current.has_timer:
             yield DEADLINE
         yield from (reply for reply in replies if reply.succeeded)
-        yield from (change for change, _ in self._outside.following(position.state, position.in_flight))
-        if self._outside and position.awaits is Awaits.CHANGE and not position.in_flight:
+        yield from (change for change, _ in self._changes_from_outside(position.state, position.in_flight))
+        if self._outside and position.awaits is WaitsFor.CHANGE and not position.in_flight:
             yield GIVE_UP
         if self._is_sequence or self._end(position.state, self._lines(position), PlanState.ABORTED).visits:
             yield TIME_LIMIT  # it ends the run; of interest only if something follows the end
@@ -293,9 +310,11 @@ class RunSteps:
                 keep, bits = self._changes[happening]
                 run.state = run.state & keep | bits
             case HappeningKind.OUTSIDE:
-                keep, bits = self._outside.bits(happening)
+                if happening not in self._changed:
+                    self._changed[happening] = self._program.packing.assignment(dict(happening.measured))
+                keep, bits = self._changed[happening]
                 run.state = run.state & keep | bits
-            case HappeningKind.GOAL | HappeningKind.SETTLE | HappeningKind.PLAN_LIMIT:
+            case HappeningKind.GOAL | HappeningKind.PLAN_LIMIT:
                 raise ValueError(f"while a goal is pursued it is no event that {happening.kind.value}")
             case _:
                 assert_never(happening.kind)
@@ -309,7 +328,7 @@ class RunSteps:
         """Return the run that was settled in a position."""
         asked = self._question_in(position)
         queue = 0 if asked is not None else position.queue
-        unsolvable_in = position.state if position.awaits is Awaits.CHANGE else None
+        unsolvable_in = position.state if position.awaits is WaitsFor.CHANGE else None
         return SettlingRun(position.state, queue, self._lines(position), asked, unsolvable_in, goal=self._number)
 
     # micro-steps
@@ -354,7 +373,7 @@ class RunSteps:
             case RunTurn.ABORT:
                 return self._ended(run, End.ABORTED)
             case _:
-                return run.waiting(Awaits.NOTHING)
+                return run.waiting(WaitsFor.NOTHING)
         run.state = after & self._kept
         return None
 
@@ -387,7 +406,7 @@ class RunSteps:
         if following is _TAKE_NEXT:
             ways = self._queues.following(run.queue)
             if len(ways) > 1:
-                return run.waiting(Awaits.NEXT)
+                return run.waiting(WaitsFor.NEXT)
             self._take_next(run, ways[0])
             return None
         if following is _AWAIT_ANSWER:
@@ -396,7 +415,7 @@ class RunSteps:
             self._request_plan(run)
             return self._answered_at_once(run)
         if following is PlanStep.AWAIT_CHANGE:
-            return run.waiting(Awaits.CHANGE)
+            return run.waiting(WaitsFor.CHANGE)
         return self._ended(run, End.UNSOLVABLE)
 
     def _request_plan(self, run: SettlingRun) -> None:
@@ -485,13 +504,13 @@ class RunSteps:
     def _question_in(self, position: Position) -> _PlanQuestion | None:
         """Return the question that is open in a position."""
         match position.awaits:
-            case Awaits.PLAN:
+            case WaitsFor.PLAN:
                 return self._question(None, position.queue)
-            case Awaits.UNSOLVABLE:
+            case WaitsFor.UNSOLVABLE:
                 return _PlanQuestion(position.state, None, 0)
-            case Awaits.STALE:
+            case WaitsFor.STALE:
                 return _PlanQuestion(None, None, 0)
-            case Awaits.NOTHING | Awaits.CHANGE | Awaits.NEXT:
+            case WaitsFor.NOTHING | WaitsFor.CHANGE | WaitsFor.NEXT:
                 return None
             case _:
                 assert_never(position.awaits)
@@ -548,22 +567,22 @@ class RunSteps:
 
     def _rest(self, state: int) -> int:
         """Return what a runner without a goal visits from a packed state on, whatever changes from outside."""
-        visits, (settled, *_) = self._idle(state)
-        reached, todo = {settled: None}, [settled]
+        visits, todo = self._idle(state)
+        reached = dict.fromkeys(todo)
         while todo:
-            before = todo.pop()
+            before, *rest = todo
+            todo = tuple(rest)
             for _, after in self._outside.following(before, ()):
-                more, (settled, *_) = self._idle(after)
+                more, rests = self._idle(after)
                 visits |= more
-                if settled not in reached:
-                    reached[settled] = None
-                    todo.append(settled)
+                todo += tuple(each for each in rests if each not in reached)
+                reached |= dict.fromkeys(rests)
         return visits
 
     def _idle(self, state: int) -> tuple[int, tuple[int, ...]]:
-        """Return what a runner without a goal visits from a packed state until it is settled, and the states then.
+        """Return what a runner without a goal visits from a packed state until it is settled, and the state then.
 
-        There is one such state, unless automatic transitions repeat without end: then it is any one of the cycle.
+        There is no such state if automatic transitions repeat without end.
         """
         visits = 0
         seen: dict[int, None] = {}
@@ -576,7 +595,7 @@ class RunSteps:
             visits |= self._taken[step.transition.name]
             state = step.after & self._kept
             if state in seen or len(seen) > self._bound:
-                return visits, (state, *(other for other in seen if other != state))
+                return visits, ()
             seen[state] = None
 
     def _note_idle(self, step: MicroStep | None) -> None:

@@ -11,19 +11,21 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.cases import Expectations
-from scbm.cases.trace import RunStarted
+from scbm.model import InitialStates
 from scbm.planning import DRAWN_SHORTEST
 from scbm.running.simulation import TooLongError
-from scbm.testing.case_sizes import choices_of, size_of
-from scbm.testing.shrink_steps import STEPS
+from scbm.testing.shrinking.case_sizes import choices_of, size_of
+from scbm.testing.shrinking.relative_times import with_relative_times
+from scbm.testing.shrinking.shrink_steps import STEPS, without_changes
 from scbm.testing.verdicts import Failure, FailureKind, violation_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.cases import Case, OutcomeRule, RecordedPlan
-    from scbm.testing.case_sizes import Choice, Size
-    from scbm.testing.shrink_steps import Step
+    from scbm.model import State
+    from scbm.testing.shrinking.case_sizes import Choice, Size
+    from scbm.testing.shrinking.shrink_steps import Step
     from scbm.testing.tester import Execution, Tester
 
 MAX_RUNS = 2_000
@@ -75,9 +77,10 @@ class Shrinker:
     def can_shrink(failure: Failure) -> bool:
         """Return whether a smaller case can fail for the same reason.
 
-        What a case expects belongs to that case alone, and that a node was lost has nothing to do with the case.
+        What a case expects, and a change that no maker can make, belong to that case alone. That a node was lost has
+        nothing to do with the case.
         """
-        return failure.kind not in (FailureKind.EXPECTATION, FailureKind.LOST)
+        return failure.kind not in (FailureKind.EXPECTATION, FailureKind.IMPOSSIBLE, FailureKind.LOST)
 
     def shrink(self, execution: Execution, failure: Failure, name: str | None = None) -> Shrunk:
         """Return the smallest case found that fails as `execution` did.
@@ -108,6 +111,7 @@ class Shrinker:
         if best is None:
             raise UnshrinkableError(f"{execution.case.name} fails otherwise when its random choices are recorded")
         before = size_of(best, failure, self._model)
+        best = search.with_relative_times(search.improve(best, without_changes))
         improved = True
         while improved:
             improved = False
@@ -147,6 +151,8 @@ class _ShrinkSearch:
         self._tester = tester
         self._model = tester.model
         self._failure = failure
+        self._initial = InitialStates(tester.model)
+        self._is_forced = original.forced_by is not None
         self._begins_broken = _begins_broken(original, failure)
         self._most_runs = most_runs
         self._most_of_one = _MORE_OF_ONE + 4 * len(original.trace.records)
@@ -163,6 +169,12 @@ class _ShrinkSearch:
             self._preferred = self._drawn_plans
             found = self._fails(case)
         return found
+
+    def with_relative_times(self, best: Execution) -> Execution:
+        """Return the run of the case with times that belong to events, if it fails for the same reason."""
+        case = with_relative_times(best.case, best.trace.records, self._model)
+        found = None if case == best.case else self._fails(case)
+        return best if found is None or len(found.notes) > len(best.notes) else found
 
     def improve(self, best: Execution, step: Step) -> Execution:
         """Repeat a step as long as it leads to a smaller case, and return the smallest."""
@@ -184,7 +196,7 @@ class _ShrinkSearch:
             return None
         self._tried[case] = None
         found = self._fails(case)
-        if found is None:
+        if found is None or len(found.notes) > len(best.notes):  # a run within the rates is preferred
             return None
         sizes = (size_of(run, self._failure, self._model) for run in (found, best))
         return found if next(sizes) < next(sizes) else None
@@ -193,8 +205,12 @@ class _ShrinkSearch:
     def _is_over(self) -> bool:
         return self.runs >= self._most_runs or self._records >= MAX_RECORDS
 
+    def _may_begin(self, initial: State) -> bool:
+        """Return whether a run may begin in a state; one that was forced before may begin anywhere."""
+        return self._initial.can_begin(initial) or (self._is_forced and self._initial.allows(initial))
+
     def _fails(self, case: Case) -> Execution | None:
-        if not self._model.initial_states.holds(case.initial):
+        if not self._may_begin(case.initial):
             return None
         self.runs += 1
         try:
@@ -205,6 +221,8 @@ class _ShrinkSearch:
         self._records += len(execution.trace.records)
         if not any(failure.is_like(self._failure) for failure in execution.verdict.failures):
             return None
+        if execution.forced_by is not None and not self._is_forced:
+            return None
         # That a state is bad in which a run may begin is another reason than that a run leads to a bad one.
         return execution if self._begins_broken or not _begins_broken(execution, self._failure) else None
 
@@ -213,12 +231,11 @@ class _ShrinkSearch:
         for choice, case in choices_of(best.case, self._model):
             if self._is_over:
                 return
-            if self._model.initial_states.holds(case.initial) and self._fails(case) is None:
+            if self._may_begin(case.initial) and self._fails(case) is None:
                 yield choice
 
 
 def _begins_broken(execution: Execution, failure: Failure) -> bool:
     """Return whether the initial state violates a requirement already."""
-    first = execution.trace.records[0]  # before it, only an injection can have acted, and that is a reason of its own
     violation = violation_of(failure, execution.violations)
-    return isinstance(first, RunStarted) and violation is not None and violation.record == 0
+    return violation is not None and violation.record == 0

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
-from scbm.closing.runs.situations import PlanningTooLargeError
 from scbm.planning import Solved, Unsolvable
 from scbm.planning.engines.breadth_first import BreadthFirst
+from scbm.running.untimed.situations import PlanningTooLargeError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from scbm.model import Packing
+    from scbm.model import Packing, Value
     from scbm.planning import Answer
     from scbm.planning.planning_task import Steps
-    from scbm.proofcheck.certificate import Queue
 
     FollowingOperation: TypeAlias = tuple[int, int]
     """The position of an operation in the model, and the number of the rest of the queue; `(-1, 0)` if plans end."""
@@ -39,8 +38,8 @@ class PlanQueues(Protocol):
         """Return the operations of the plans; those of parts that were asked for before may be left out."""
         ...
 
-    def content(self, queue: int) -> Queue:
-        """Return a queue as certificates write it."""
+    def content(self, queue: int) -> tuple[Value, ...] | None:
+        """Return a queue: names of operations, or the values of a state; `None` if there is none."""
         ...
 
 
@@ -72,7 +71,7 @@ class CanonicalQueues:
         """Return the operations of a queue, in order, each once."""
         return dict.fromkeys(self._operations(queue))
 
-    def content(self, queue: int) -> Queue:
+    def content(self, queue: int) -> tuple[Value, ...] | None:
         """Return the names of the operations of a queue."""
         return tuple(self._names[number] for number in self._operations(queue)) or None
 
@@ -145,7 +144,7 @@ class QueuesByDistance:
         BreadthFirst((queue,), rests).expand_all()
         return found
 
-    def content(self, queue: int) -> Queue:
+    def content(self, queue: int) -> tuple[Value, ...] | None:
         """Return the values of the state."""
         if not queue:
             return None

@@ -10,8 +10,8 @@ from scbm.cases import Case, CaseGoal, OutcomeRule
 from scbm.cases.trace import End, state_after
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Outcome
-from scbm.testing import Excuse, RandomCases, Tester, withheld_changes
-from scbm.testing.withheld_changes import OutsideHelp
+from scbm.testing import Excuse, RandomCases, Tester, waiting_runs
+from scbm.testing.waiting_runs import OutsideHelp
 
 ACKNOWLEDGED = """
 behavior_model: acknowledge
@@ -163,15 +163,15 @@ def test_a_run_that_gives_up_has_not_waited() -> None:
     assert failures(model, plain(model)) == ["recovers"]
 
 
-@pytest.mark.parametrize(("most", "expected"), [(1, OutsideHelp.UNKNOWN), (5_000, OutsideHelp.NONE)])
+@pytest.mark.parametrize(("most", "expected"), [(0, OutsideHelp.UNKNOWN), (5_000, OutsideHelp.NONE)])
 def test_a_search_that_is_too_long_leaves_the_answer_open(
     most: int, expected: OutsideHelp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(withheld_changes, "_MOST_SITUATIONS", most)
+    monkeypatch.setattr(waiting_runs, "_MOST_SITUATIONS", most)
     model = read_model(UNRELATED.replace(*STOP))
     done = Tester(model).execute(replace(plain(model), outcomes=MISSING))
     state = state_after(done.trace.records[:-2])
-    assert withheld_changes.WithheldChanges(model).help_for(state, ["drill"], model.goals[0][1]) is expected
+    assert waiting_runs.WaitingRuns(model).help_for(state, ["drill"], model.goals[0][1]) is expected
 
 
 SHARED = """
