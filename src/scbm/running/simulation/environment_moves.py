@@ -14,7 +14,6 @@ from scbm.cases import EnvironmentChange
 from scbm.cases.injections import MAX_CHANGES
 from scbm.model import Diagnostic, InputError, Latency, LatencyShape, Place, Rate, RateKind, Slug
 from scbm.running.simulation.default_reactions import draw_time_ns
-from scbm.running.simulation.rate_watch import RateWatch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -76,10 +75,6 @@ class EnvironmentMoves(Protocol):
         """Return all changes of a run that has ended; `is_waiting`: it waited for a change until the end."""
         ...
 
-    def off_rates(self) -> tuple[str, ...]:
-        """Return a sentence for each change that came at another time than the rates of the model allow."""
-        ...
-
 
 class RecordedMoves:
     """Repeats the changes of a case."""
@@ -89,7 +84,6 @@ class RecordedMoves:
         self._when = [None if change.when is None else program.test(change.when) for change in self._changes]
         self._tried = [0] if self._is_tried(0) else []
         self._scheduled = 0
-        self._rates = RateWatch(program)
 
     def _is_tried(self, number: int) -> bool:
         """Return whether a change waits for its `when`, once the change before it has acted."""
@@ -111,7 +105,6 @@ class RecordedMoves:
 
     def observe(self, state: int, now_ns: int) -> Sequence[ClockTick]:
         """Return a tick for each change whose predicate holds first now."""
-        self._rates.observe(state, now_ns)
         found = [number for number in self._tried if self._holds(number, state)]
         if not found:
             return ()
@@ -131,17 +124,11 @@ class RecordedMoves:
         self._scheduled -= 1
         if self._is_tried(tick.clock + 1):
             self._tried.append(tick.clock + 1)
-        change = self._changes[tick.clock]
-        self._rates.act(change.by, tick.at_ns)
-        return change, None
+        return self._changes[tick.clock], None
 
     def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:  # noqa: ARG002 - as the protocol says
         """Return the changes of the case."""
         return self._changes
-
-    def off_rates(self) -> tuple[str, ...]:
-        """Return a sentence for each change that came at another time than the rates of the model allow."""
-        return tuple(self._rates.left)
 
 
 @dataclass(slots=True)
@@ -286,8 +273,3 @@ class DrawnMoves:
         if running:
             first = min(running, key=lambda clock: clock.due_ns or 0)
             yield EnvironmentChange(first.due_ns or 0, ())
-
-    @staticmethod
-    def off_rates() -> tuple[str, ...]:
-        """Return nothing: what is drawn keeps to the rates."""
-        return ()
