@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from scbm.cases import EnvironmentChange
 from scbm.cases.injections import MAX_CHANGES
 from scbm.model import Diagnostic, InputError, Latency, LatencyShape, Place, Rate, RateKind, Slug
+from scbm.running.events import Measured
+from scbm.running.outside_changes import TransitionMaker
 from scbm.running.simulation.default_reactions import draw_time_ns
 
 if TYPE_CHECKING:
@@ -21,8 +23,8 @@ if TYPE_CHECKING:
 
     from scbm.cases.trace import Changes
     from scbm.model import Value
-    from scbm.running.outside_changes import TransitionMaker
     from scbm.running.program import Program
+    from scbm.running.runner import Runner
 
 DRAWN_INPUT_MEAN_NS = 10_000_000_000
 """The mean time between two changes of an input that the model gives no rate: some changes in a typical run."""
@@ -76,6 +78,28 @@ class EnvironmentMoves(Protocol):
         ...
 
 
+def parts_of(change: EnvironmentChange, runner: Runner) -> list[Changes]:
+    """Return the changes that an entry of a case stands for now, in order.
+
+    That is one change if something outside the model makes all of it at once, else one for each source of variables.
+    """
+    outside, state = runner.program.outside, runner.packed_state
+    if change.assign is None:
+        made = (after for each in outside.transitions if each.name == change.by for after in each.following(state, ()))
+        return [runner.program.packing.changes(state, next(made, state))]
+    if change.by or runner.can_be_changed(change.assign):
+        return [change.assign]
+    return outside.parts(change.assign)
+
+
+def event_of(values: Changes, by: str, runner: Runner) -> Measured | None:
+    """Return the event of a change if something outside the model can make it now; `by` as in `EnvironmentChange`."""
+    if not runner.can_be_changed(values, by):
+        return None
+    maker = runner.maker_of(values, by)
+    return Measured(values, maker.name if isinstance(maker, TransitionMaker) else "")
+
+
 class RecordedMoves:
     """Repeats the changes of a case."""
 
@@ -95,7 +119,11 @@ class RecordedMoves:
 
     def is_pending(self, state: int) -> bool:
         """Return whether the time of a change runs, or its predicate holds."""
-        return self._scheduled > 0 or any(self._holds(number, state) for number in self._tried)
+        return self._scheduled > 0 or self.begins_in(state)
+
+    def begins_in(self, state: int) -> bool:
+        """Return whether the time of a change begins in a settled packed state, as its predicate holds."""
+        return any(self._holds(number, state) for number in self._tried)
 
     def begin(self) -> Sequence[ClockTick]:
         """Return a tick for each change with a time of its own."""

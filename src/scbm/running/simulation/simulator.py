@@ -31,10 +31,9 @@ from scbm.running.events import (
     SendRequest,
     TimePassed,
 )
-from scbm.running.outside_changes import TransitionMaker
 from scbm.running.program import Program
 from scbm.running.runner import Runner
-from scbm.running.simulation.environment_moves import ClockTick
+from scbm.running.simulation.environment_moves import ClockTick, event_of, parts_of
 from scbm.running.simulation.free_choices import MessageKind
 from scbm.running.simulation.impossible_changes import ImpossibleChange, why_impossible
 from scbm.running.simulation.rate_watch import RateWatch
@@ -296,29 +295,19 @@ class _SimulationRun:
 
     def _begin_change(self, change: EnvironmentChange) -> Event:
         """Return the event of a change. One that no maker makes at once is several, one for each of its sources."""
-        outside, state = self._simulator.program.outside, self._runner.packed_state
-        if change.assign is None:
-            made = (
-                after for each in outside.transitions if each.name == change.by for after in each.following(state, ())
-            )
-            return self._change(self._simulator.program.packing.changes(state, next(made, state)), change.by)
-        parts = [change.assign]
-        if not change.by and not self._runner.can_be_changed(change.assign):
-            parts = outside.parts(change.assign)
+        parts = parts_of(change, self._runner)
         for number, part in enumerate(parts[1:], start=1 - len(parts)):
             heapq.heappush(self._heap, (self._now_ns, number - _BEHIND_ALL_OTHERS, _Changes(part, change.by)))
         return self._change(parts[0], change.by)
 
     def _change(self, values: Changes, by: str) -> Event:
         """Return the event in which something outside the model changes variables."""
-        if not self._runner.can_be_changed(values, by):
+        event = event_of(values, by, self._runner)
+        if event is None:
             return self._refuse(values, by)
-        maker = self._runner.maker_of(values, by)
-        if not isinstance(maker, TransitionMaker):
-            return Measured(values)
-        if self._rates is not None:
-            self._rates.act(maker.name, self._now_ns)
-        return Measured(values, maker.name)
+        if self._rates is not None and event.by:
+            self._rates.act(event.by, self._now_ns)
+        return event
 
     def _refuse(self, values: Changes, by: str) -> Event:
         """End the run, as a change of the case is impossible; leave out the change on a mutant."""
