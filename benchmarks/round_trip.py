@@ -24,15 +24,17 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 
+from scbm.cases import Case
 from scbm.files import read_model
 from scbm.nodes.buses.bus import MessageType, Topic
 from scbm.nodes.buses.dds import open_dds
 from scbm.nodes.buses.dds.dds_names import topic_name
 from scbm.nodes.buses.dds.message_types import message_class
+from scbm.nodes.case_runner import CaseRunner
 from scbm.nodes.links.link import Correlation
 from scbm.nodes.links.topic_link import TopicLink
 from scbm.nodes.roles.wall_clock import Clock, Driver
-from scbm.running import GoalGiven, PlanAnswered, PlanStatus, Program, ReplyArrived, Runner, RunnerOptions
+from scbm.running import GoalGiven, PlanAnswered, PlanStatus, Program, ReplyArrived, RunnerOptions
 
 if TYPE_CHECKING:
     from scbm.nodes.buses.bus import Bus, Received
@@ -147,7 +149,8 @@ class RunnerSide:
         """So many resources, each asked so many times; all of them at once."""
         model = read_model(asking(resources, rounds))
         self._goal = model.goals[0]
-        runner = Runner(Program(model), model.nominal_state, RunnerOptions(plan_limit=10**9))
+        case = Case("asks", *self._goal, model.nominal_state)
+        runner = CaseRunner(Program(model), case, RunnerOptions(plan_limit=10**9))
         self._driver = Driver(runner, Clock(time.monotonic_ns()), self)
         self._link = TopicLink(bus, "all", (RUNNER_REQUEST, RUNNER_REPLY), self, print)
         self._sent: dict[int, float] = {}

@@ -13,7 +13,7 @@ from scbm.cases import Case
 from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged
 from scbm.files import digest_of
 from scbm.model import BehaviorModel
-from scbm.nodes import Bus, ControllerNode, NodeContext, ResourcesNode, TesterNode, new_status
+from scbm.nodes import Bus, ControllerNode, LostError, NodeContext, ResourcesNode, TesterNode, new_status
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.planning import PlanLimits
 from scbm.running.simulation import PlainReactions
@@ -82,6 +82,15 @@ async def run_case(node: TesterNode, tester: Tester, case: Case) -> Execution:
     choices = tester.choices_of(case)
     done = await node.run(case, choices, tester.options_of(case))
     return tester.judged(case, done.run, done.log.reactions, done.log)
+
+
+async def run_or_lose(node: TesterNode, tester: Tester, case: Case) -> Execution:
+    """Runs one; of a lost run what a report gets."""
+    try:
+        return await run_case(node, tester, case)
+    except LostError as error:
+        partial = error.partial
+        return tester.lost(case, str(error), *(() if partial is None else (partial.run, partial.log)))
 
 
 def notes(records: Iterable[Record]) -> list[Record]:

@@ -258,7 +258,10 @@ def _reply(fields: _JsonFields, _: int) -> Event:
 
 
 def _measured(fields: _JsonFields, _: int) -> Event:
-    return Measured(fields.values("values"))
+    by = fields.text("by") if fields.has("by") else ""
+    if fields.has("by") and all(each.name != by for each in fields.model.environment):
+        raise ValueError("`by` of `measured` is not an environment transition of the model")
+    return Measured(fields.values("values"), by)
 
 
 def _injection(fields: _JsonFields, _: int) -> Event:
@@ -345,5 +348,5 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     "resource": ("resource", "condition"),
 }
 
-_OPTIONAL: Mapping[str, tuple[str, ...]] = {"goal": ("when",), "injection": ("after_ns",)}
+_OPTIONAL: Mapping[str, tuple[str, ...]] = {"goal": ("when",), "measured": ("by",), "injection": ("after_ns",)}
 """Fields that are left out where they have no value."""

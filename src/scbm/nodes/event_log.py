@@ -19,8 +19,9 @@ from scbm.cases.trace import End, ends_of
 from scbm.files import open_input, read_case, write_case
 from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug, refuse_other_version
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
+from scbm.nodes.case_runner import CaseRunner
 from scbm.nodes.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
-from scbm.running import Runner, RunnerOptions, records_of
+from scbm.running import RunnerOptions, records_of
 from scbm.running.simulation import Simulated
 
 if TYPE_CHECKING:
@@ -116,7 +117,11 @@ def replay(log: EventLog, program: Program) -> tuple[Record, ...]:
     Raises:
         ValueError: a note stands behind more records than its event has.
     """
-    runner = Runner(program, log.case.initial, log.options)
+    return _replayed(log, CaseRunner(program, log.case, log.options))
+
+
+def _replayed(log: EventLog, runner: CaseRunner) -> tuple[Record, ...]:
+    """Return the records that a new runner makes of the events. Raises `ValueError` as `replay` does."""
     records: list[Record] = []
     begin = 0
     for step in log.steps:
@@ -134,12 +139,15 @@ def replay(log: EventLog, program: Program) -> tuple[Record, ...]:
 def rerun(log: EventLog, program: Program) -> Simulated:
     """Replay the run, and return its records, its end and the time of its end, as a simulation does.
 
+    A run that was lost as a change of its case never came has this change as `impossible`.
+
     Raises:
         ValueError: the events do not end the run; or as in `replay`.
     """
-    records = replay(log, program)
+    runner = CaseRunner(program, log.case, log.options)
+    records = _replayed(log, runner)
     if log.end is End.LOST:
-        return Simulated(End.LOST, log.ended_ns, records)
+        return Simulated(End.LOST, log.ended_ns, records, impossible=runner.waiting if runner.is_over else None)
     ends = ends_of(records)
     if len(ends) != len(log.case.goals):
         raise ValueError("the run does not end with these events")

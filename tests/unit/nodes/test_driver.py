@@ -8,9 +8,10 @@ from fractions import Fraction
 
 import pytest
 
-from scbm.cases import Injection
+from scbm.cases import Case, Injection
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged
 from scbm.model import BehaviorModel
+from scbm.nodes.case_runner import CaseRunner
 from scbm.nodes.event_json import NETWORK, Note
 from scbm.nodes.roles.wall_clock import Clock, Driver
 from scbm.running import (
@@ -24,7 +25,7 @@ from scbm.running import (
     Program,
     ReplyArrived,
     RunFinished,
-    Runner,
+    RunnerOptions,
     SendRequest,
     TimePassed,
 )
@@ -53,7 +54,8 @@ class World:
     def __post_init__(self) -> None:
         self.start_ns = self.loop.now_ns()
         clock = Clock(self.start_ns, self.scale)
-        self.driver = Driver(Runner(Program(self.model), self.model.nominal_state), clock, self)
+        case = Case("scans", *self.model.goals[0], self.model.nominal_state)
+        self.driver = Driver(CaseRunner(Program(self.model), case, RunnerOptions()), clock, self)
 
     def give(self, event: Event | Note, at_ns: int | None = None) -> None:
         """Something happens now, or came at a time of the run."""

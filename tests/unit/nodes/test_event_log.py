@@ -177,6 +177,17 @@ def test_an_event_is_read_as_it_was_written(event: Event | Note, wording: Wordin
             read_note(written, CELL, 5)
 
 
+HEATED = scan_cell(more="environment: {heats: {guard: temperature == 5, actions: [temperature <- 6]}}\n")
+
+
+def test_a_change_of_the_environment_names_its_transition(wording: Wording) -> None:
+    event = Measured((("temperature", 6),), "heats")
+    assert read_event(event_json(event), HEATED) == event
+    for by in ("cools", "", 1):
+        with wording.raises(ValueError):
+            read_event(event_json(event) | {"by": by}, HEATED)
+
+
 @given(st.data())
 @examples(100)
 def test_no_field_can_be_missing_or_of_another_sort(data: st.DataObject) -> None:
@@ -476,7 +487,7 @@ def test_the_log_of_the_page_is_that_of_its_case() -> None:
     assert replay(log, Program(CELL)) == records
 
 
-@pytest.mark.parametrize("event", EVENTS, ids=lambda event: type(event).__name__)
+@pytest.mark.parametrize("event", [*EVENTS, Measured((), "heats")], ids=lambda event: type(event).__name__)
 def test_the_page_has_every_kind_and_field(event: Event | Note) -> None:
     page = (Path(__file__).parents[3] / "docs" / "reference" / "event-logs.md").read_text(encoding="utf-8")
     kind, *fields = event_json(event)

@@ -144,8 +144,9 @@ def _of_log(asked: AskedRun) -> Rerun:
     except ValueError as error:
         raise InputError([Diagnostic(Slug.BAD_LOG, str(error), Place(str(asked.file)))]) from None
     tester = Tester(model)
+    why = "its log ends where it was lost" if run.impossible is None else run.impossible.never_came
     execution = (
-        tester.lost(case, "its log ends where it was lost", run, log)
+        tester.lost(case, why, run, log)
         if log.end is End.LOST
         else tester.judged(case, run, log.reactions, log)
     )

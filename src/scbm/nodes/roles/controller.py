@@ -19,6 +19,7 @@ from scbm.cases.trace import InjectionApplied, ResourceChanged, Trace, trace_dig
 from scbm.files import read_case
 from scbm.model import InputError, PlanSet
 from scbm.nodes.buses.bus import BusError
+from scbm.nodes.case_runner import CaseRunner
 from scbm.nodes.event_json import NETWORK, event_json, read_note
 from scbm.nodes.event_log import read_options
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
@@ -60,7 +61,6 @@ from scbm.running import (
     PlanStatus,
     Program,
     ReplyArrived,
-    Runner,
     RunnerOptions,
 )
 from scbm.running.search_guard import plan_guarded
@@ -303,18 +303,14 @@ class ControllerNode:
             self._say(Prepared(run.id, self.membership.own.node))
 
     def _go(self, run: _ControlledRun, stamp_ns: int) -> None:
-        runner = Runner(self._program, run.case.initial, run.options)
-        goals = run.case.goals
-        run.driver = driver = Driver(runner, Clock(stamp_ns, run.scale), self, len(goals))
+        runner = CaseRunner(self._program, run.case, run.options)
+        run.driver = driver = Driver(runner, Clock(stamp_ns, run.scale), self)
         for injection in run.case.injections:
             driver.give(InjectionGiven(injection), stamp_ns)
-        for change in run.case.environment or ():
-            driver.give(
-                InjectionGiven(Injection(change.by or "environment", change.assign or (), at_ns=change.at_ns)), stamp_ns
-            )
-        if self._measured:  # what was measured before the run is true in it, whatever the case says
-            driver.give(Measured(tuple(self._measured.items())), stamp_ns)
-        for goal in goals:
+        # What was measured before the run is true in it, whatever the case says.
+        for values in self._program.outside.parts(tuple(self._measured.items())):
+            driver.give(Measured(values), stamp_ns)
+        for goal in run.case.goals:
             driver.give(GoalGiven(goal.name, goal.predicate, goal.when), stamp_ns)
         for name, link in self._links.items():
             if not link.is_there:

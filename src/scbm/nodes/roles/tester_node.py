@@ -10,6 +10,7 @@ from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, ends
 from scbm.files import write_case
 from scbm.model import PlannerIdentity
 from scbm.nodes.buses.bus import BusError
+from scbm.nodes.case_runner import CaseRunner
 from scbm.nodes.event_json import event_json, read_event
 from scbm.nodes.event_log import EventLog, LogStep
 from scbm.nodes.node_messages import (
@@ -33,7 +34,7 @@ from scbm.nodes.roles.director import Director
 from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason, beyond_reach
 from scbm.nodes.roles.wall_clock import Clock
 from scbm.planning import planner_of_random_runs
-from scbm.running import InjectionGiven, Program, RunFinished, Runner, records_of
+from scbm.running import InjectionGiven, Program, RunFinished, records_of
 from scbm.running.simulation import Simulated
 
 if TYPE_CHECKING:
@@ -316,7 +317,7 @@ class _DirectedRun:
         self._case = case
         self._options = options
         self._scale = time_scale
-        self._runner = Runner(node.program, case.initial, options)
+        self._runner = CaseRunner(node.program, case, options)
         resources = {resource.name: resource for resource in node.model.resources}
         self._real = tuple(name for name in resources if name in node.real)
         self._director = Director(self.id, resources, self._real, choices, self)
@@ -351,6 +352,8 @@ class _DirectedRun:
         is_missed = any(ended.end != End.REACHED.value for ended in ends_of(records))
         if is_missed and (lacks := self._node.lacks()):
             raise LostError(lacks[0])
+        if self._runner.waiting is not None:
+            raise LostError(self._runner.waiting.never_came)
         return self._done_so_far(finished.end, digest, PlannerIdentity.parse(ended.planner))
 
     def partial(self) -> NodeRun | None:

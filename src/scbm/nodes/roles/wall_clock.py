@@ -20,8 +20,9 @@ from scbm.running import AskPlan, CancelRequest, RunFinished, SendRequest, TimeP
 
 if TYPE_CHECKING:
     from scbm.cases.trace import Record
+    from scbm.nodes.case_runner import CaseRunner
     from scbm.nodes.event_json import Note
-    from scbm.running import Event, Runner
+    from scbm.running import Event
 
 
 class Surroundings(Protocol):
@@ -49,13 +50,10 @@ class Surroundings(Protocol):
 
 
 class Driver:
-    """Gives events to one runner, and arms one timer for the deadline that it answers."""
+    """Gives events and the changes of the case to one runner, and arms one timer for the deadline that it answers."""
 
-    def __init__(self, runner: Runner, clock: Clock, surroundings: Surroundings, goals: int = 1) -> None:
-        """Start, on the running event loop. The runner is new, and its time is that of `clock`.
-
-        The run is over once `goals` goals have ended.
-        """
+    def __init__(self, runner: CaseRunner, clock: Clock, surroundings: Surroundings) -> None:
+        """Start, on the running event loop. The runner is new, and its time is that of `clock`."""
         self._runner = runner
         self._clock = clock
         self._surroundings = surroundings
@@ -63,7 +61,6 @@ class Driver:
         self._timer: asyncio.Handle | None = None
         self._now_ns = 0
         self._is_over = False
-        self._goals = goals
 
     def give(self, event: Event | Note, stamp_ns: int) -> None:
         """Handle an event at a reading of `time.monotonic_ns`; ignore it once the run is over."""
@@ -84,9 +81,16 @@ class Driver:
             deadline_ns = self._runner.deadline_ns
             if deadline_ns is None or deadline_ns >= at_ns:
                 return
-            self._step(TimePassed(), max(deadline_ns, self._now_ns))
+            now_ns = max(deadline_ns, self._now_ns)
+            self._step(self._runner.next_change(now_ns) or TimePassed(), now_ns)
 
     def _step(self, event: Event | Note, at_ns: int) -> None:
+        """Handle an event or a note, and the changes of the case that are possible after it."""
+        self._handle(event, at_ns)
+        while not self._is_over and (change := self._runner.next_change(at_ns)) is not None:
+            self._handle(change, at_ns)
+
+    def _handle(self, event: Event | Note, at_ns: int) -> None:
         self._now_ns = at_ns
         if isinstance(event, MessageDisturbed | ResourceChanged):
             noted = structs.replace(event, at_ns=at_ns)
@@ -106,10 +110,9 @@ class Driver:
                     self._surroundings.plan(effect)
                 case RunFinished():
                     finished = effect
-                    self._goals -= 1
                 case _:
                     pass  # records; and the conditions of simulated resources, which are the tester's
-        if finished is not None and self._goals <= 0:  # last of all: what follows the end belongs to the run
+        if finished is not None and self._runner.is_over:  # last of all: what follows the end belongs to the run
             self.close()
             self._surroundings.finished(finished)
 

@@ -37,9 +37,17 @@ class ImpossibleChange:
     reason: str
 
     def __str__(self) -> str:
+        return f"{self._what} is impossible at {format_moment(self.at_ns)}: {self.reason}"
+
+    @property
+    def never_came(self) -> str:
+        """The same as a clause about a change that waited from its time on, until the end of its case."""
+        return f"{self._what} was impossible at each settled moment from {format_moment(self.at_ns)} on: {self.reason}"
+
+    @property
+    def _what(self) -> str:
         by = f"by {self.by}" if self.by else "from outside"
-        what = f"{assignments(self.changes)} {by}" if self.changes else f"a change {by}"
-        return f"{what} is impossible at {format_moment(self.at_ns)}: {self.reason}"
+        return f"{assignments(self.changes)} {by}" if self.changes else f"a change {by}"
 
 
 def why_impossible(
