@@ -52,3 +52,9 @@ def test_time_that_is_not_scaled_is_the_models_to_cope_with(scale: str) -> None:
 def test_a_plan_that_took_less_does_not_count() -> None:
     records = [LATE[0], PlanReceived(4_999_999_999, 1, "solved", (), ())]
     assert too_late(records, read_model(SCAN_CELL), Fraction(1000)) is None
+
+
+def test_the_time_that_the_case_gives_to_plans_does_not_count() -> None:
+    model = read_model(SCAN_CELL)
+    assert too_late(LATE, model, Fraction(1000), planning_ns=1) is None
+    assert too_late(LATE, model, Fraction(1000), planning_ns=0) is not None

@@ -146,9 +146,7 @@ def _of_log(asked: AskedRun) -> Rerun:
     tester = Tester(model)
     why = "its log ends where it was lost" if run.impossible is None else run.impossible.never_came
     execution = (
-        tester.lost(case, why, run, log)
-        if log.end is End.LOST
-        else tester.judged(case, run, log.reactions, log)
+        tester.lost(case, why, run, log) if log.end is End.LOST else tester.judged(case, run, log.reactions, log)
     )
     return Rerun(model, execution, log.trace, "log", "the log or scbm was changed since then", writer)
 

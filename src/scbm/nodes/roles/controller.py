@@ -369,11 +369,13 @@ class ControllerNode:
             self._links[request.resource].cancel(Correlation(self._run.id, request.request))
 
     def plan(self, asked: AskPlan) -> None:
-        """Plan in a thread, so that replies are handled in time meanwhile."""
+        """Plan in a thread, so that replies are handled meanwhile; the case may say how long a plan takes at least."""
         run = self._run
+        assert run is not None and run.driver is not None  # noqa: S101, PT018 - only a run asks
+        due_ns = run.driver.wall_ns_after(run.case.planning_ns) if run.case.planning_ns else 0
         should_continue = lambda: run is self._run  # noqa: E731 - asked in the thread: a run that is over wants nothing
         self._planning = self._loop.run_in_executor(self._thread, self._answer, asked, should_continue)
-        self._planning.add_done_callback(lambda done: self._planned(run, done))
+        self._planning.add_done_callback(lambda done: self._planned(run, done, due_ns))
 
     def _answer(self, asked: AskPlan, should_continue: Callable[[], bool]) -> PlanAnswered:
         run = self._run
@@ -385,11 +387,13 @@ class ControllerNode:
         plan = answer.plan if isinstance(answer, Solved) else ()
         return PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
 
-    def _planned(self, run: _ControlledRun | None, done: asyncio.Future[PlanAnswered]) -> None:
+    def _planned(self, run: _ControlledRun, done: asyncio.Future[PlanAnswered], due_ns: int) -> None:
         error = None if done.cancelled() else done.exception()
-        if run is None or run is not self._run or run.driver is None or done.cancelled():
+        if run is not self._run or run.driver is None or done.cancelled():
             return
-        if error is None:
+        if error is None and due_ns > self._now_ns():
+            self._loop.call_at(due_ns / 1e9, run.driver.give, done.result(), due_ns)
+        elif error is None:
             run.driver.give(done.result(), self._now_ns())
         else:
             self._warn(f"planning failed: {error!r}")

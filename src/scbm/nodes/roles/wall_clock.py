@@ -75,6 +75,10 @@ class Driver:
         self._is_over = True
         self._disarm()
 
+    def wall_ns_after(self, duration_ns: int) -> int:
+        """Return the reading of the clock at a duration after the last event, in time of the run."""
+        return self._clock.wall_ns(self._now_ns + duration_ns)
+
     def _pass_deadlines(self, at_ns: int) -> None:
         """Let the deadlines before a time pass, each at its own time."""
         while not self._is_over:
