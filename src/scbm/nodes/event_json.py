@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, assert_nev
 from msgspec import Meta
 
 from scbm.cases import Condition, Injection, Reaction, condition_kind
-from scbm.cases.trace import MessageDisturbed, ResourceChanged
+from scbm.cases.trace import NETWORK, SENT, MessageDisturbed, ResourceChanged
 from scbm.files import Scope, Where, parse_predicate
 from scbm.model import InputError, Outcome
 from scbm.model.json_reader import JsonError, convert_json
@@ -31,9 +31,6 @@ if TYPE_CHECKING:
 
 Note: TypeAlias = MessageDisturbed | ResourceChanged
 """A record that no runner made: what the network did to a message, or a resource that was lost or came back."""
-
-NETWORK = "network"
-"""The name of the source of a change of a resource that no injection makes."""
 
 Count: TypeAlias = Annotated[int, Meta(ge=0)]
 """A whole number from 0 on."""
@@ -268,8 +265,8 @@ def _injection(fields: _JsonFields, _: int) -> Event:
     name = fields.text("name")
     resource = None if fields["resource"] is None else fields.resource("resource")
     condition = None if fields["becomes"] is None else _condition(fields["becomes"], fields.model)
-    if not name or name == NETWORK:
-        raise ValueError("the name of an injection must not be empty or `network`")
+    if not name or name in (NETWORK, SENT):
+        raise ValueError("the name of an injection must not be empty, `network` or `sent`")
     if (resource is None) != (condition is None):
         raise ValueError("an injection has both `resource` and `becomes`, or neither")
     return InjectionGiven(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Condition
 from scbm.cases.trace import (
+    SENT,
     AutomaticTaken,
     BecameCurrent,
     End,
@@ -85,9 +86,6 @@ if TYPE_CHECKING:
 
 
 _WELL = Condition()
-
-SENT = "sent"
-"""The trace calls a change so that a driver sends and no maker of the model can make."""
 
 
 def _nothing_pending(_: int) -> bool:

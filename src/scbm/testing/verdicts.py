@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Network
 from scbm.cases.trace import (
+    NETWORK,
     BecameCurrent,
     End,
     InjectionApplied,
@@ -558,7 +559,7 @@ def _acted(case: Case, records: Sequence[Record]) -> frozenset[str]:
 def _lost_resources(run: Outcomes) -> Iterator[str]:
     """Yield the resources that were lost or came back with their nodes or drivers, or restarted."""
     for record in run.records:
-        if isinstance(record, ResourceChanged) and record.injection == "network":
+        if isinstance(record, ResourceChanged) and record.injection == NETWORK:
             yield record.resource
 
 

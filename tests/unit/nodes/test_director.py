@@ -9,6 +9,7 @@ import pytest
 
 from scbm.cases import AT_ONCE, LOST, Condition, ConditionKind, Network, OutcomeRule, Partition, Reaction
 from scbm.cases.trace import (
+    NETWORK,
     BecameCurrent,
     MessageDisturbed,
     OperationStepped,
@@ -19,7 +20,7 @@ from scbm.cases.trace import (
     ResourceChanged,
 )
 from scbm.model import OperationState, Outcome
-from scbm.nodes.event_json import NETWORK, Note
+from scbm.nodes.event_json import Note
 from scbm.nodes.node_messages import Answering, Become, Fate, React, RestartResource
 from scbm.nodes.roles.director import Director
 from scbm.running import CancelRequest, ChangeResource, SendRequest

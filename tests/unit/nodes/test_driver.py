@@ -9,10 +9,10 @@ from fractions import Fraction
 import pytest
 
 from scbm.cases import Case, Injection
-from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged
+from scbm.cases.trace import NETWORK, End, MessageDisturbed, Record, ResourceChanged
 from scbm.model import BehaviorModel
 from scbm.nodes.case_runner import CaseRunner
-from scbm.nodes.event_json import NETWORK, Note
+from scbm.nodes.event_json import Note
 from scbm.nodes.roles.wall_clock import Clock, Driver
 from scbm.running import (
     AskPlan,

@@ -248,6 +248,7 @@ def test_what_is_no_event_of_the_model_is_refused(data: object, wording: Wording
     [
         {"name": ""},
         {"name": "network"},
+        {"name": "sent"},
         {"set": {"no_such": 1}},
         {"set": {"light": "blue_green"}},
         {"set": {"count": True}},

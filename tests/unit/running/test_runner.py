@@ -5,6 +5,7 @@ from __future__ import annotations
 from scbm.cases import Injection
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import (
+    SENT,
     AutomaticTaken,
     Changes,
     End,
@@ -30,7 +31,6 @@ from scbm.running import (
     TimePassed,
     describe_cycle,
 )
-from scbm.running.runner import SENT
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
 from support.wording import Wording

@@ -11,6 +11,8 @@ from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from scbm.cases.trace.records import (
+        NETWORK,
+        SENT,
         AutomaticTaken,
         BecameCurrent,
         Changes,
@@ -65,6 +67,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FORMAT_VERSION",
+    "NETWORK",
+    "SENT",
     "AutomaticTaken",
     "BecameCurrent",
     "Changes",
@@ -120,6 +124,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "records": (
+            "NETWORK SENT "
             "AutomaticTaken BecameCurrent Changes End InjectionApplied LivelockedAtRest MeasurementReceived "
             "MeasurementRefused MessageDisturbed OperationStepped PlanAsked PlanDropped PlanReceived PutBack Record "
             "RecordSeverity ReplyDropped ReplyReceived RequestCancelled RequestSent ResourceChanged RunEnded "

@@ -251,6 +251,13 @@ class MeasurementRefused(Struct, frozen=True):
     changes: Changes = ()
 
 
+NETWORK = "network"
+"""The name in a trace of the source of a change of a resource that no injection of the case makes."""
+
+SENT = "sent"
+"""The name in a trace of what a driver sent though nothing in the model could have sent it."""
+
+
 class InjectionApplied(Struct, frozen=True):
     """An injection acted, or a driver sent what nothing in the model could have sent.
 

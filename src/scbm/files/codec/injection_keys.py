@@ -13,6 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from scbm.cases import CONDITIONS, Condition, ConditionKind, EnvironmentChange, Injection
+from scbm.cases.trace import NETWORK, SENT
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     NAME_NODE,
@@ -389,8 +390,8 @@ class InjectionsReader:
             return f"injection_{number}"
         name = keys.name or f"injection_{number}"
         place = keys.node.place if written is None else written.place
-        if name == "network":
-            self._reader.add(Slug.RESERVED_NAME, "`network` is a reserved word", place, "choose another name")
+        if name in (NETWORK, SENT):
+            self._reader.add(Slug.RESERVED_NAME, f"`{name}` is a reserved word", place, "choose another name")
         if name in self._places:
             message = f"two injections are called `{name}`, the other in line {self._places[name].line}"
             self._reader.add(Slug.DUPLICATE_NAME, message, place, "choose another name")

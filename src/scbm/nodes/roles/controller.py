@@ -15,12 +15,12 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from scbm.cases import Injection
-from scbm.cases.trace import InjectionApplied, ResourceChanged, Trace, trace_digest
+from scbm.cases.trace import NETWORK, InjectionApplied, ResourceChanged, Trace, trace_digest
 from scbm.files import read_case
 from scbm.model import InputError, PlanSet
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.case_runner import CaseRunner
-from scbm.nodes.event_json import NETWORK, event_json, read_note
+from scbm.nodes.event_json import event_json, read_note
 from scbm.nodes.event_log import read_options
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
 from scbm.nodes.links.link import Correlation

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from scbm.cases import AT_ONCE, LOST, Condition, Reaction
 from scbm.cases.trace import (
+    NETWORK,
     BecameCurrent,
     MessageDisturbed,
     OperationStepped,
@@ -21,7 +22,6 @@ from scbm.cases.trace import (
     spans_of,
 )
 from scbm.model import OperationState, Outcome
-from scbm.nodes.event_json import NETWORK
 from scbm.nodes.node_messages import Become, Fate, React, RestartResource
 from scbm.running import CancelRequest, ChangeResource, SendRequest
 from scbm.running.simulation import MessageKind

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias, assert_never
 from msgspec import Struct
 
 from scbm.cases import AT_ONCE
-from scbm.cases.trace import BecameCurrent, End, MessageDisturbed, OperationStepped, ResourceChanged
+from scbm.cases.trace import NETWORK, BecameCurrent, End, MessageDisturbed, OperationStepped, ResourceChanged
 from scbm.model import OperationState
 from scbm.planning import PlanCache, PlanLimits, Planner, PlanRefusedError, Solved, recorded_answer
 from scbm.running.events import (
@@ -421,7 +421,7 @@ class _SimulationRun:
         resource.downs += 1 if is_down else -1
         resource.forget()
         condition = "down" if resource.is_down else str(resource.condition)
-        self._records.append(ResourceChanged(self._now_ns, "network", name, condition))
+        self._records.append(ResourceChanged(self._now_ns, NETWORK, name, condition))
 
     # planning
 
