@@ -149,6 +149,7 @@ class StoredCase:
         is_earlier: whether it was run on an earlier version of the model; it cannot be run again then.
         log: if it ran over nodes, the log of that, packed: see `packed_log`.
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
+        excluded: over nodes the number of values that drivers sent and the model excludes.
     """
 
     key: bytes
@@ -164,6 +165,7 @@ class StoredCase:
     is_earlier: bool = False
     log: bytes | None = None
     forced: int = 0
+    excluded: int = 0
 
     @property
     def is_over_nodes(self) -> bool:

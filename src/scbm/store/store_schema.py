@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 10
+TABLES_VERSION = 11
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -197,6 +197,12 @@ TABLES: dict[str, StoreTable] = {
                 "TEXT",
                 "JSON, if goals were missed and excused: a list of the reasons, such as `fault`",
                 value=lambda case: excuses_text(case.verdict.excuses),
+            ),
+            StoreColumn(
+                "excluded",
+                "INTEGER",
+                "over nodes: the number of values that drivers sent and the model excludes; null for simulation",
+                value=lambda case: None if case.recipe.real is None else case.excluded,
             ),
             StoreColumn("log", "BLOB", "of a run over nodes: its log, compressed as by zlib; null for simulation"),
         ),

@@ -111,6 +111,7 @@ class CaseRow:
     visited: int
     log: bytes | None
     forced: int = 0
+    excluded: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,17 +187,18 @@ class Tables:
         settings = {
             id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM setting ORDER BY id")
         }
-        rows = self._connection.execute(f"SELECT {_CASE_COLUMNS}, excuses FROM test_case ORDER BY key")  # noqa: S608 - our own
+        rows = self._connection.execute(f"SELECT {_CASE_COLUMNS}, excuses, excluded FROM test_case ORDER BY key")  # noqa: S608 - our own
         for row in rows:
             key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
             recipe = _recipe(settings[setting], seed, number, text, path)
-            ended, failures, ended_ns, requests, visited, log, forced, excuses = result
+            ended, failures, ended_ns, requests, visited, log, forced, excuses, excluded = result
             verdict = Verdict(End(ended), _failures(failures), read_excuses_text(excuses))
             bits = _known(visited, count)
             _refuse_another_log(log, recipe)
             yield CaseRow(
                 key, _text(name), _text(goal), model, run, _number(position), recipe,
                 verdict, _number(ended_ns), _number(requests), bits, log, _known(forced or b"", count),
+                _number(excluded or 0),
             )  # fmt: skip
 
     def certificates(self) -> Iterator[tuple[int, StoredCertificate]]:

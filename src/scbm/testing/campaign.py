@@ -48,6 +48,7 @@ class CaseResult:
         visited: the obligations that it visited, as bits.
         unused: what the case says and nothing came of.
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
+        excluded: over nodes the number of values that drivers sent and the model excludes.
     """
 
     case: Case
@@ -57,10 +58,12 @@ class CaseResult:
     visited: int
     unused: tuple[str, ...] = ()
     forced: int = 0
+    excluded: int = 0
 
     def outcome(self, position: int) -> CaseOutcome:
         """Return the result without its case, which has this position in its campaign."""
-        return CaseOutcome(position, self.verdict, self.ended_ns, self.requests, self.visited, self.unused, self.forced)
+        visits = (self.visited, self.unused, self.forced, self.excluded)
+        return CaseOutcome(position, self.verdict, self.ended_ns, self.requests, *visits)
 
 
 @dataclass(frozen=True)
@@ -114,8 +117,8 @@ class Campaign:
     def result(self, outcome: CaseOutcome) -> CaseResult:
         """Return an outcome with its case."""
         case = self.source.case(outcome.position)
-        _, verdict, ended_ns, requests, visited, unused, forced = outcome
-        return CaseResult(case, requests, verdict, ended_ns, visited, unused, forced)
+        _, verdict, ended_ns, requests, visited, unused, forced, excluded = outcome
+        return CaseResult(case, requests, verdict, ended_ns, visited, unused, forced, excluded)
 
     @cached_property
     def forced(self) -> int:

@@ -13,13 +13,14 @@ from scbm.model import format_duration
 from scbm.nodes import LostError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from fractions import Fraction
 
     from scbm.cases import Case
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
     from scbm.nodes import NodeRun
+    from scbm.nodes.excluded_values import ExcludedValue
     from scbm.running import RunnerOptions
     from scbm.running.simulation import Choices
     from scbm.testing.tester import Execution, Tester
@@ -69,6 +70,35 @@ class Answers:
             self.failed + outcomes.count(RequestOutcome.FAILED),
             self.timed_out + sum(span.missed_deadline and span.outcome in unanswered for span in requests),
         )
+
+
+@dataclass(frozen=True, slots=True)
+class ExcludedVariable:
+    """The values of one variable that drivers sent in a campaign and the model excludes.
+
+    Attributes:
+        variable: the variable.
+        count: the number of these values.
+        cases: the number of cases in which they were sent.
+        first_case: the name of the first of these cases.
+        first: the first of these values.
+    """
+
+    variable: str
+    count: int
+    cases: int
+    first_case: str
+    first: ExcludedValue
+
+
+def with_excluded(known: Mapping[str, ExcludedVariable], execution: Execution) -> dict[str, ExcludedVariable]:
+    """Return what is known of variables with excluded values, by their names, with one more run added."""
+    found = dict(known)
+    for name in dict.fromkeys(each.variable for each in execution.excluded):
+        values = [each for each in execution.excluded if each.variable == name]
+        before = known.get(name, ExcludedVariable(name, 0, 0, execution.case.name, values[0]))
+        found[name] = replace(before, count=before.count + len(values), cases=before.cases + 1)
+    return found
 
 
 def too_late(records: Sequence[Record], model: BehaviorModel, time_scale: Fraction, planning_ns: int = 0) -> str | None:

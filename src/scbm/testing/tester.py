@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record, RunSpans, Sentence
     from scbm.model import BehaviorModel, PlannerIdentity, Predicate, Value
     from scbm.nodes.event_log import EventLog
+    from scbm.nodes.excluded_values import ExcludedValue
     from scbm.planning import Answer, PlanLimits, Planner, PlanSource
     from scbm.running import RunnerOptions
     from scbm.running.program import Program
@@ -79,6 +80,7 @@ class Execution:
         model: the model; `None` if its result is not to be recorded.
         notes: what a reader of the run should know, one sentence each: changes at other times than rates allow, and on
             a mutant the changes that were left out.
+        excluded: over nodes the values that drivers sent and the model excludes.
     """
 
     case: Case
@@ -95,12 +97,14 @@ class Execution:
     moves: tuple[EnvironmentChange, ...] | None = None
     model: BehaviorModel | None = field(default=None, compare=False, repr=False)
     notes: tuple[str, ...] = ()
+    excluded: tuple[ExcludedValue, ...] = ()
 
     @property
     def result(self) -> CaseResult:
         """The result that a campaign keeps."""
-        requests = len(self.reactions)
-        return CaseResult(self.case, requests, self.verdict, self.ended_ns, self.visited, self.unused, self.forced)
+        requests, excluded = len(self.reactions), len(self.excluded)
+        visits = (self.visited, self.unused, self.forced, excluded)
+        return CaseResult(self.case, requests, self.verdict, self.ended_ns, *visits)
 
     @property
     def visited_freely(self) -> int:
@@ -310,7 +314,16 @@ class Tester:
             run.moves,
             self.model,
             (*run.off_rates, *(f"{change}; it is left out" for change in run.left_out)),
+            self._excluded(log, run.records),
         )
+
+    def _excluded(self, log: EventLog | None, records: Sequence[Record]) -> tuple[ExcludedValue, ...]:
+        """Return the values that drivers sent and the model excludes; in a simulation there are none."""
+        if log is None:
+            return ()
+        from scbm.nodes.excluded_values import excluded_values  # noqa: PLC0415 - few runs are over nodes
+
+        return tuple(excluded_values(self.program, records))
 
     def _forced_by(self, case: Case, log: EventLog | None, records: Sequence[Record]) -> int | None:
         """Return the index of the record from which on the state is forced: 0 if no run begins in the initial state."""
@@ -348,7 +361,8 @@ class Tester:
         records = () if run is None else run.records
         trace = Trace(self.model.name, case.name, records)
         ended_ns = 0 if run is None else run.ended_ns
-        return Execution(case, () if log is None else log.reactions, trace, lost(why), ended_ns, (), 0, (), log)
+        reactions, excluded = () if log is None else log.reactions, self._excluded(log, records)
+        return Execution(case, reactions, trace, lost(why), ended_ns, (), 0, (), log, excluded=excluded)
 
     def options_of(self, case: Case) -> RunnerOptions:
         """Return the options of the runner for a case."""

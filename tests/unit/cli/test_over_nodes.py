@@ -12,7 +12,7 @@ import pytest
 from msgspec import structs
 
 from scbm.cases import Case, OutcomeRule
-from scbm.cases.trace import PlanReceived
+from scbm.cases.trace import SENT, InjectionApplied, PlanReceived
 from scbm.files import read_model
 from scbm.model import Outcome
 from scbm.nodes import BusError, Lack, LostError, NodeRun, NotReadyError, Reason
@@ -37,6 +37,7 @@ class Simulations:
         plans_late_ns: so long a plan takes in the records.
         real: what is real when the session begins.
         real_in: what was real in a run, by its number, where that is another resource.
+        sends: what a driver sends in each run although nothing in the model could.
     """
 
     outcome: Outcome | None = None
@@ -45,6 +46,7 @@ class Simulations:
     plans_late_ns: int = 0
     real: tuple[str, ...] = ("scan",)
     real_in: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    sends: tuple[tuple[str, int], ...] = ()
     closed: int = 0
     _ran: int = 0
 
@@ -66,6 +68,7 @@ class Simulations:
             structs.replace(each, at_ns=each.at_ns + self.plans_late_ns) if isinstance(each, PlanReceived) else each
             for each in records
         )
+        late = (late[0], *(InjectionApplied(0, SENT, None, (pair,), forced=True) for pair in self.sends), *late[1:])
         log = replace(log, real=self.real_in.get(self._ran, self.real))
         return NodeRun(Simulated(log.end, records[-1].at_ns, late), log)
 
@@ -183,6 +186,33 @@ def test_an_interruption_is_reported_by_the_code_also_where_a_resource_was_silen
     ran = scbm(*real)
     assert ran.code == 130
     wording(ran.err)
+
+
+def test_what_the_model_excludes_is_counted_in_the_report_in_json_and_in_the_store(
+    scbm: Scbm, nodes: Simulations, real: tuple[object, ...], tmp_path: Path, wording: Wording
+) -> None:
+    nodes.sends = (("temperature", 3), ("count", 1), ("temperature", 9))
+    store = tmp_path / "cov.db"
+    ran = scbm(*real, "--store", store)
+    (title,) = [n for n, line in enumerate(ran.out.splitlines()) if "the model excludes" in line]
+    wording(ran.out.splitlines()[title : title + 6])
+    assert ran.out.splitlines()[title] in scbm(*real, "--missing").out.splitlines()
+    report = json.loads(scbm(*real, "--json").out)
+    first = {"variable": "temperature", "value": 3, "at_ns": 0}
+    counted, other = report["excluded_values"]
+    assert first.items() <= counted["first"].items()
+    assert (counted["variable"], counted["count"], counted["cases"]) == ("temperature", 10, 5)
+    assert (other["variable"], other["count"], other["first_case"]) == ("count", 5, report["cases"][0]["name"])
+    assert [case.excluded for case in read_history(store).cases] == [3] * 5
+    stored = json.loads(scbm("report", store, "--json").out)
+    assert [case["nodes"]["excluded_values"] for case in stored["cases"]] == [3] * 5
+    wording([line for line in scbm("report", store).out.splitlines() if "Over nodes" in line])
+
+
+@pytest.mark.usefixtures("nodes")
+def test_drivers_that_the_model_allows_for_are_not_reported(scbm: Scbm, real: tuple[object, ...]) -> None:
+    assert json.loads(scbm(*real, "--json").out)["excluded_values"] == []
+    assert "excludes" not in scbm(*real).out
 
 
 @pytest.mark.usefixtures("nodes")

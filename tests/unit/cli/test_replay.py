@@ -11,12 +11,14 @@ from typing import Protocol
 import pytest
 
 from scbm.cases import Expectations, OutcomeRule
-from scbm.cases.trace import End, read_trace
-from scbm.files import digest_of, load_model, write_case
+from scbm.cases.trace import End, Trace, read_trace, trace_digest
+from scbm.files import digest_of, load_model, read_case, read_model, write_case
 from scbm.model import Outcome
-from scbm.nodes.event_log import EventLog, write_event_log
+from scbm.nodes.event_log import EventLog, LogStep, replay, write_event_log
+from scbm.running import Measured, Program
 from scbm.testing import RandomCases
 from support.capturing import captured
+from support.models import SCAN_CELL
 from support.profiles import share
 from support.wording import Wording, diagnostic_heads
 
@@ -59,12 +61,31 @@ def test_a_log_shows_what_its_case_shows_in_simulation(scbm: Scbm, tmp_path: Pat
         assert (replayed.code, replayed.out, replayed.err) == (simulated.code, simulated.out, "")
     traces = [tmp_path / "replayed", tmp_path / "simulated"]
     report = json.loads(scbm("replay", path, "--json", "--trace", traces[0]).out)
-    assert report.pop("is_recorded_run") is True
+    assert (report.pop("is_recorded_run"), report.pop("excluded_values")) == (True, [])
     expected = json.loads(scbm("replay", case, "--json", "--trace", traces[1]).out)
     assert expected.pop("is_recorded_run") is None
     assert report == expected
     assert traces[0].read_bytes() == traces[1].read_bytes()
     assert read_trace(traces[0].read_text(encoding="utf-8")).records
+
+
+def test_what_a_driver_sent_and_the_model_excludes_is_shown(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+    model = read_model(SCAN_CELL)
+    log, _ = captured(model, read_case("case: scans\ngoal: scanned\n", model))
+    *first, last = log.steps
+    sent = [LogStep(last.at_ns, Measured((("temperature", value),))) for value in (7, 8)]
+    log = replace(log, steps=(*first, *sent, last), digest=digest_of(model), model_file="cell.yaml")
+    trace = trace_digest(Trace(model.name, "scans", replay(log, Program(model))))
+    (tmp_path / "cell.yaml").write_text(SCAN_CELL, encoding="utf-8")
+    path = tmp_path / "run.log"
+    path.write_text(write_event_log(replace(log, trace=trace), model), encoding="utf-8")
+    ran = scbm("replay", path)
+    assert (ran.code, ran.err) == (0, "")
+    lines = ran.out.splitlines()
+    begin = next(n for n, line in enumerate(lines) if line.startswith("EXCLUDED"))
+    wording([line.strip() for line in lines if "sent" in line] + lines[begin:])
+    excluded = json.loads(scbm("replay", path, "--json").out)["excluded_values"]
+    assert [(each["variable"], each["value"]) for each in excluded] == [("temperature", 7), ("temperature", 8)]
 
 
 def test_a_log_is_judged_by_its_case(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:

@@ -75,7 +75,11 @@ def test_a_store_shows_the_very_runs_that_the_saved_logs_are_of(store: Path, mod
 
 def test_the_report_says_which_cases_ran_over_nodes(scbm: Scbm, store: Path, wording: Wording) -> None:
     report = json.loads(scbm("report", store, "--json").out)
-    assert [case["nodes"] for case in report["cases"]] == [None, None, *[{"where": WHERE, "real": []}] * 2]
+    assert [case["nodes"] for case in report["cases"]] == [
+        None,
+        None,
+        *[{"where": WHERE, "real": [], "excluded_values": 0}] * 2,
+    ]
     assert report["cases"][3]["again"] == report["runs"][1]["command"]
     wording(line for line in scbm("report", store).out.splitlines() if WHERE in line)
 
@@ -107,7 +111,9 @@ def test_the_store_says_which_resources_were_real(
     over_dds = ("--transport", "dds", "--domain", 7, "--bindings", bindings, "--real", "scan")
     scbm("test", model, "--cases", 2, *over_dds, "--store", path)
     report = json.loads(scbm("report", path, "--json").out)
-    assert [case["nodes"] for case in report["cases"]] == [{"where": "over DDS domain 7", "real": ["scan"]}] * 2
+    assert [case["nodes"] for case in report["cases"]] == [
+        {"where": "over DDS domain 7", "real": ["scan"], "excluded_values": 0}
+    ] * 2
     wording(line for line in scbm("report", path).out.splitlines() if report["cases"][0]["nodes"]["where"] in line)
     history = read_history(path)
     replays = Replays(history)
@@ -148,7 +154,7 @@ def test_of_cases_that_visit_the_same_the_simulated_one_is_in_the_smallest_suite
     store_of_runs(path, 2, [(recipe, result)])
     report = json.loads(scbm("report", path, "--minimize", "--json").out)
     first, second = report["cases"]
-    assert (first["nodes"], second["nodes"]) == ({"where": WHERE, "real": []}, None)
+    assert (first["nodes"], second["nodes"]) == ({"where": WHERE, "real": [], "excluded_values": 0}, None)
     assert report["smallest"]["cases"] == [second["label"]]
 
 

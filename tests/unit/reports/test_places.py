@@ -121,7 +121,7 @@ def test_json_has_where_and_what_was_real() -> None:
     report = history_json(both())
     assert [case["nodes"] for case in report["cases"]] == [
         *[None] * 3,
-        *[{"where": "over DDS domain 7", "real": ["scanner"]}] * 2,
+        *[{"where": "over DDS domain 7", "real": ["scanner"], "excluded_values": 0}] * 2,
     ]
     assert [run["nodes"] for run in report["runs"]] == [None, "over DDS domain 7"]
     assert report["over_nodes_seconds"] == both().over_nodes_ns / 1e9

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple, assert_never
 
 from scbm.cases.trace.records import (
+    SENT,
     AutomaticTaken,
     BecameCurrent,
     End,
@@ -104,6 +105,8 @@ def sentence_of(record: Record, nominal: Mapping[str, Value]) -> Sentence:  # no
             return Sentence(f"environment {by}", f"environment {by}") if by else _same("measured")
         case MeasurementRefused(variable=variable, value=value):
             return _same(f"measured value refused: {variable} = {format_value(value)}")
+        case InjectionApplied(injection=injection) if injection == SENT:
+            return _same("sent though the model excludes it")
         case InjectionApplied(injection=name, failed=failed):
             return Sentence(f"injection {name}{_failing(failed)}", f"injection {name}")
         case PutBack(injection=name):
@@ -149,6 +152,8 @@ def fault_in(record: Record) -> str | None:
     match record:
         case ReplyReceived(succeeded=False, resource=resource, request=request):
             return f"{resource} fails request {request}"
+        case InjectionApplied(injection=injection, changes=changes) if injection == SENT:
+            return f"a driver sends {assignments(changes)}, which the model excludes"
         case InjectionApplied(injection=injection, changes=changes):
             return f"injection {injection} sets {assignments(changes)}"
         case ResourceChanged(resource=resource, condition=condition, injection=injection):

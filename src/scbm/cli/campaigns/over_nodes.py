@@ -24,7 +24,7 @@ from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
 from scbm.nodes.event_log import write_event_log
 from scbm.reports import counted
 from scbm.testing import Answers
-from scbm.testing.cases_over_nodes import NodeTester
+from scbm.testing.cases_over_nodes import NodeTester, with_excluded
 from scbm.testing.random_streams import draw_plans
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from scbm.nodes.event_log import EventLog
     from scbm.nodes.roles.session import Cell
     from scbm.testing import Execution, Tester
+    from scbm.testing.cases_over_nodes import ExcludedVariable
 
 
 @dataclass
@@ -255,6 +256,7 @@ class OverNodes:
 
     Attributes:
         logs: the files of the saved logs.
+        excluded: the variables of which drivers sent values that the model excludes, by their names.
     """
 
     _asked: NodeOptions
@@ -262,6 +264,7 @@ class OverNodes:
     _session: Session
     _tester: NodeTester
     _answers: dict[str, Answers] = field(default_factory=dict)
+    excluded: dict[str, ExcludedVariable] = field(default_factory=dict)
 
     @property
     def real(self) -> tuple[str, ...]:
@@ -286,6 +289,7 @@ class OverNodes:
                 execution = self._tester.execute(case)
             self.logs.keep(execution)
             self._count(execution)
+            self.excluded = with_excluded(self.excluded, execution)
             yield execution
 
     def _count(self, execution: Execution) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from itertools import islice
 from os.path import lexists
 from typing import TYPE_CHECKING, Any
@@ -179,6 +179,7 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     logs = (nodes.logs.files.get(finding.names[0]) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
     setting = replace(_setting(suite, findings, commands), where=asked.words, answers=nodes.answers)
+    setting = replace(setting, excluded=tuple(nodes.excluded.values()))
     code = _report(done, setting, output, suite)
     if nodes.logs.words is not None and not output.json:
         errors().prose(f"scbm: {nodes.logs.words}")
@@ -200,6 +201,8 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
         stored = {} if since is None else {"store": since.as_json}
         early = {"ended_early": done.words} if done.words else {}
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
+        is_over_nodes = setting.answers or setting.excluded
+        report |= {"excluded_values": list(map(asdict, setting.excluded))} if is_over_nodes else {}
         decided = {} if statuses is None else {"statuses": statuses_json(statuses)}
         decided |= {} if statuses is None else lifted_json(LiftedStatuses.of(campaign.model, statuses))
         asserted = {} if evidence is None else {"asserted": asserted_json(evidence)}

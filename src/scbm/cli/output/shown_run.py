@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from scbm.cases.trace import records_json, write_trace
@@ -64,6 +65,7 @@ def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
         "violations": [_violation(violation) for violation in execution.violations],
         "simulated_seconds": execution.ended_ns / 1e9,
         "trace": records_json(execution.trace),
+        **({} if execution.log is None else {"excluded_values": list(map(asdict, execution.excluded))}),
     }
 
 

@@ -10,14 +10,16 @@ from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from scbm.cases.trace import SENT, InjectionApplied
 from scbm.model import Binding, format_value
 from scbm.nodes.buses.bus import Topic, Unmatched
+from scbm.nodes.excluded_values import EXCLUDED, excluded_values
 from scbm.nodes.links.link import Measurement, PresenceMonitor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
-    from scbm.cases.trace import Changes
+    from scbm.cases.trace import Changes, Record
     from scbm.model import MeasuredTopic, Reading, Resource, Value
     from scbm.nodes.buses.bus import Bus, Received, Scalar, Subscription
     from scbm.nodes.links.link import LinkListener
@@ -136,6 +138,31 @@ class Refusals:
         if any(reading.ranges for reading in readings):
             return "in no range of its binding"
         return "no text of its binding" if any(reading.texts for reading in readings) else "not in its domain"
+
+
+class ExclusionWarnings:
+    """Warns once for each variable of a value that a driver sends and the model excludes, with the reason."""
+
+    def __init__(self, program: Program, warn: Callable[[str], None]) -> None:
+        """Before any value has come; `warn` gets the sentences."""
+        self._program = program
+        self._warn = warn
+        self._known: dict[str, None] = {}
+
+    def look(self, records: Sequence[Record], last: Sequence[Record]) -> None:
+        """Report what the last records of a run show.
+
+        Args:
+            records: all records of the run.
+            last: those of the last event.
+        """
+        sent = [each for each in last if isinstance(each, InjectionApplied) and each.injection == SENT]
+        new = {name: None for each in sent for name, _ in each.changes if name not in self._known}
+        self._known |= new
+        for excluded in excluded_values(self._program, records) if new else ():
+            if excluded.variable in new:
+                del new[excluded.variable]
+                self._warn(f"{EXCLUDED}: {excluded}")
 
 
 def _readings(binding: Binding) -> Iterator[Reading]:

@@ -24,7 +24,7 @@ from scbm.nodes.event_json import event_json, read_note
 from scbm.nodes.event_log import read_options
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
 from scbm.nodes.links.link import Correlation
-from scbm.nodes.links.measured_topics import Refusals
+from scbm.nodes.links.measured_topics import ExclusionWarnings, Refusals
 from scbm.nodes.links.topic_link import TopicLink, id_text
 from scbm.nodes.node_messages import (
     Abandon,
@@ -173,6 +173,7 @@ class ControllerNode:
         self._now_ns = context.now_ns
         self._program = Program(model)
         self._refusals = Refusals(self._program, context.warn)
+        self._exclusions = ExclusionWarnings(self._program, context.warn)
         self._planner = Planner.of(model)
         self._plans = PlanCache(self._planner)
         self._shortest = ShortestPlans(self._planner, self._plans)
@@ -406,6 +407,7 @@ class ControllerNode:
         assert run is not None  # noqa: S101 - only a run steps
         run.steps += 1
         self._records.extend(records)
+        self._exclusions.look(self._records, records)
         self._say(Stepped(run.id, run.steps, at_ns, event_json(event)))
 
     def finished(self, end: RunFinished) -> None:

@@ -109,7 +109,9 @@ def _case(label: str, case: StoredCase, history: History) -> dict[str, Any]:
 def _nodes(case: StoredCase, history: History) -> dict[str, Any] | None:
     """Return the nodes that ran a case; `None` for simulation."""
     real = case.recipe.real
-    return None if real is None else {"where": history.where(case), "real": list(real)}
+    if real is None:
+        return None
+    return {"where": history.where(case), "real": list(real), "excluded_values": case.excluded}
 
 
 def _recipe(recipe: Recipe) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from scbm.cases.coverage import Aspect, Decision, InstanceFolds, LiftedStatuses,
 from scbm.closing.summaries import aspects_in_words
 from scbm.model import Outcome
 from scbm.model.sources import is_triggered
+from scbm.nodes.excluded_values import EXCLUDED
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
     COLUMNS,
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.reports.missed_reasons import Missed
     from scbm.testing import Answers, Campaign, Finding
+    from scbm.testing.cases_over_nodes import ExcludedVariable
     from scbm.testing.mutants import AssertionEvidence
 
 
@@ -172,6 +174,7 @@ class Setting:
         loses_messages: whether the network of the random cases can lose messages.
         where: a description of the nodes that ran the cases; empty for simulation.
         answers: the replies of each real resource, counted.
+        excluded: the variables of which drivers sent values that the model excludes.
         ended_early: the number of finished cases in words, if the campaign ended early; else empty.
         columns: the width of the report.
         dry: whether the last random cases visited something new, in words; empty if that is not asked.
@@ -191,6 +194,7 @@ class Setting:
     loses_messages: bool = False
     where: str = ""
     answers: tuple[Answers, ...] = ()
+    excluded: tuple[ExcludedVariable, ...] = ()
     ended_early: str = ""
     columns: int = DEFAULT_COLUMNS
     dry: str = ""
@@ -219,7 +223,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from _forecast(campaign, setting)
     yield Text()
     yield from figures(coverage, setting.columns)
-    yield from _answer_lines(setting.answers)
+    yield from _driver_lines(setting)
     yield from finding_lines(campaign, setting.findings, setting.commands)
     yield from unused_lines(campaign)
     yield from missed_table(campaign.model, coverage, setting.columns, decided)
@@ -240,7 +244,7 @@ def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     coverage, forced = campaign.coverage, campaign.forced
     yield from missing_lines(campaign.model, coverage, setting.file, setting.columns, setting.statuses, forced=forced)
     yield from _early(setting)
-    yield from _answer_lines(setting.answers)
+    yield from _driver_lines(setting)
     yield from finding_lines(campaign, setting.findings, setting.commands)
 
 
@@ -263,6 +267,18 @@ def _forecast(campaign: Campaign, setting: Setting) -> Iterator[Text]:
 def _early(setting: Setting) -> Iterator[Text]:
     if setting.ended_early:
         yield Text(f"  {setting.ended_early}", style="bold yellow")
+
+
+def _driver_lines(setting: Setting) -> Iterator[Text]:
+    """Yield what real resources did: how they answered, and what they sent that the model excludes."""
+    yield from _answer_lines(setting.answers)
+    if setting.excluded:
+        yield Text()
+        yield Text(f"{EXCLUDED[0].upper()}{EXCLUDED[1:]}", style="bold red")
+    for each in setting.excluded:
+        words = f"{counted(each.count, 'value')} in {counted(each.cases, 'case')}; the first in {each.first_case}:"
+        yield Text(f"  {each.variable}: {words}")
+        yield from map(Text, wrapped(str(each.first), setting.columns, " " * 4, 6))
 
 
 def _answer_lines(answers: Sequence[Answers]) -> Iterator[Text]:

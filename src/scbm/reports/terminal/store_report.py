@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from scbm.cases.coverage import Decision
+from scbm.nodes.excluded_values import EXCLUDED
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
@@ -22,6 +23,7 @@ from scbm.reports.figure_table import (
     requirements_off_lines,
     short_of_goal_in_words,
     shown_path,
+    wrapped,
 )
 from scbm.reports.missed_reasons import close_command
 from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
@@ -164,6 +166,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield from requirements_off_lines(history.model, columns)
     for place in place_counts(history):
         yield Text(f"  Over nodes: {place}")
+    yield from _excluded(history, columns)
     finished = [run for run in history.runs if run.is_finished]
     if len(finished) > 1:
         *_, before, last = finished
@@ -179,6 +182,14 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
         yield Text("How to cover the rest", style="bold")
         yield command_text("  ", f"scbm report {shown_path(store)} --missing", "shows why each is missing")
         yield command_text("  ", close_command(history.source.path), "writes cases for them")
+
+
+def _excluded(history: History, columns: int) -> Iterator[Text]:
+    """Yield how many values drivers sent that the model excludes, if they did."""
+    counts = [case.excluded for case in history.cases if case.excluded]
+    if counts:
+        words = f"{EXCLUDED}: {counted(sum(counts), 'value')} in {counted(len(counts), 'case')}"
+        yield from (Text(line, style="bold red") for line in wrapped(words, columns, "  Over nodes: ", 14))
 
 
 def clock_warning(later_start: str, store: str) -> Text:

@@ -22,6 +22,7 @@ from scbm.cases.trace import (
     spans_of,
 )
 from scbm.model import OperationState, format_moment
+from scbm.nodes.excluded_values import EXCLUDED
 from scbm.reports.figure_table import DEFAULT_COLUMNS
 from scbm.reports.run.event_lines import event_lines
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.model import BehaviorModel
+    from scbm.nodes.excluded_values import ExcludedValue
     from scbm.reports.run.event_lines import EventLine
     from scbm.testing import Execution
 
@@ -71,14 +73,26 @@ def timeline(
     yield from map(draw_line, event_lines(model, execution, every=every))
     bars = list(_bars(execution, columns))
     yield from [Text(), *bars] if bars else []
-    if execution.trace.records and (execution.verdict.failures or execution.unused or execution.notes):
+    shown = execution.verdict.failures or execution.unused or execution.notes or execution.excluded
+    if execution.trace.records and shown:
         yield Text()
+    yield from _excluded(execution)
     for note in execution.notes:
         yield Text("NOTE  ", style="bold").append(note)
     for unused in execution.unused:
         yield Text("NO EFFECT  ", style="bold yellow").append(unused)
     for failure in execution.verdict.failures:
         yield Text("FAILED  ", style="bold red").append(str(failure))
+
+
+def _excluded(execution: Execution) -> Iterator[Text]:
+    """Yield that drivers sent what the model excludes, with the first value of each variable."""
+    firsts: dict[str, ExcludedValue] = {}
+    for each in execution.excluded:
+        firsts.setdefault(each.variable, each)
+    if firsts:
+        yield Text("EXCLUDED  ", style="bold red").append(EXCLUDED)
+    yield from (Text(f"          {first}") for first in firsts.values())
 
 
 def draw_line(line: EventLine, *, with_time: bool = False) -> Text:

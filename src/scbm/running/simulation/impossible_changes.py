@@ -11,13 +11,16 @@ from scbm.model.predicates import conjuncts
 from scbm.model.sources import free_groups
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.cases.trace import Changes
     from scbm.model import Action, BehaviorModel, EnvironmentTransition, Predicate, Value
 
 _MAX_SHOWN = 3
 """Maximum number of makers of one variable that a message goes through."""
+
+_MAX_VALUES = 8
+"""Maximum number of values that a message lists."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +85,17 @@ def _why_no_maker(model: BehaviorModel, state: Mapping[str, Value], name: str, v
     for group in free_groups(model):
         known = dict(group.values).get(name)
         if known is not None and value not in known:
-            return f"{group.name} gives {name} only {', '.join(map(format_value, known))}"
+            return f"{group.name} gives {name} only {values_in_words(known)}"
+    measuring = [resource.name for resource in model.resources if name in resource.measures]
+    if measuring:
+        return f"{measuring[0]} sends {name} only in replies"
     return f"nothing outside the model changes {name}"
+
+
+def values_in_words(values: Sequence[Value]) -> str:
+    """Return values as `3, 4`; of many the first ones, and how many more there are."""
+    shown = ", ".join(map(format_value, values[:_MAX_VALUES]))
+    return f"{shown} and {len(values) - _MAX_VALUES} more" if len(values) > _MAX_VALUES else shown
 
 
 def _makes_another(action: Action, name: str, value: Value) -> bool:

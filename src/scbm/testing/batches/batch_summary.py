@@ -44,6 +44,7 @@ class CaseOutcome(NamedTuple):
         visited: the obligations that it visited, as bits.
         unused: the clauses of the case that had no effect.
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
+        excluded: over nodes the number of values that drivers sent and the model excludes.
     """
 
     position: int
@@ -53,6 +54,7 @@ class CaseOutcome(NamedTuple):
     visited: int
     unused: tuple[str, ...]
     forced: int = 0
+    excluded: int = 0
 
 
 @dataclass(frozen=True, slots=True)

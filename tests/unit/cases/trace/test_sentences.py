@@ -10,6 +10,7 @@ from typing import Any, ClassVar, get_args
 import pytest
 
 from scbm.cases.trace import (
+    SENT,
     AutomaticTaken,
     InjectionApplied,
     OperationStepped,
@@ -147,3 +148,8 @@ def test_the_words_of_a_record(record: Record, wording: Wording) -> None:
 )
 def test_the_severity_of_a_record(record: Record, severity: RecordSeverity) -> None:
     assert record.severity is severity
+
+
+def test_what_a_driver_sends_beyond_the_model_is_no_injection_of_a_case(wording: Wording) -> None:
+    record = InjectionApplied(0, SENT, None, (("temperature", 3),), forced=True)
+    wording((sentence_of(record, NOMINAL).text, fault_in(record)))
