@@ -106,6 +106,7 @@ def changes(execution: Execution) -> list[tuple[float, str]]:
         ("[{at: 3 s, set: {lamp: lit}}]", "goals: [{goal: fetched, when: lamp == lit}, {goal: fetched}]"),
         ("[{at: 100 ms, by: takes}, {at: 200 ms, by: brings}, {at: 3 s, by: opens}]", "goal: packed\nplanning: 300 ms"),
         ("[]", "goal: fetched\nplanning: 1700 ms\noutcomes: {robot: [{outcome: succeed, after: 6 s}, succeed]}"),
+        ("[]", "goals: [{goal: packed}, {goal: fetched}]\nlimits: {time: 3 s}"),
         ("[{when: true, set: {lamp: lit}}, {when: lamp == lit, after: 9 s, by: takes}]", "goal: fetched"),
     ],
 )  # fmt: skip

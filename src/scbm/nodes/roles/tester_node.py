@@ -530,7 +530,7 @@ class _DirectedRun:
             effects = self._runner.handle(event, at_ns)
         self._steps.append(LogStep(at_ns, event))
         self._records += records_of(effects)
-        self._finished = next((effect for effect in effects if isinstance(effect, RunFinished)), self._finished)
+        self._finished = next((each for each in reversed(effects) if isinstance(each, RunFinished)), self._finished)
         self._director.follow(effects, at_ns)
 
     def _begin(self, stamp_ns: int) -> None:
