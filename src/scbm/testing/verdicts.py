@@ -499,7 +499,8 @@ class GoalRun:
             message = f"{self.words} did not begin: {self.goal.when} never held after the run before had ended"
         else:
             ended = self.end.replace("_", " ")
-            what = f"{self.words} was not reached ({ended}), and no fault was injected{_but_for_real(case, self.run)}"
+            why = "" if self._is_disturbed(case) else ", and no fault was injected"
+            what = f"{self.words} was not reached ({ended}){why}{_but_for_real(case, self.run)}"
             message = f"{what}{self._not_acted(case, rules)}"
         return Failure(FailureKind.NOT_REACHED, self.end.value, message)
 
