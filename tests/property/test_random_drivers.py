@@ -19,7 +19,7 @@ from scbm.cases.trace import SENT, InjectionApplied, Record, Trace, write_trace
 from scbm.closing import Decision
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Binding, Resource, TopicPair, Value
-from scbm.nodes import ControllerNode
+from scbm.nodes import ControllerNode, beyond_reach
 from scbm.nodes.buses.bus import Publisher, Received, Topic
 from scbm.nodes.case_runner import CaseRunner
 from scbm.nodes.event_json import Note
@@ -152,29 +152,26 @@ class Drivers:
         loop.call_later(self.random.uniform(0, 4), replies.publish, json.dumps(reply))
 
 
-def drawn_case(number: int, random: Random) -> Case:
-    """A random case that lists some changes of its own."""
+def drawn_case(number: int, real: tuple[str, ...], random: Random) -> Case:
+    """A random case that lists some changes of its own, of what no real driver sends."""
     model = model_of(number)
     case = RandomCases(model).case(random.randint(0, 10**6), 1)
-    changes = []
-    for _ in range(random.choice((0, 0, 1, 2))):
-        at_ns, by = random.randint(0, 8) * SECOND_NS + 7, [each.name for each in model.environment]
-        free = [pair for maker in Program(model).outside.free for pair in maker.values]
-        if by and random.random() < 0.5:
-            changes.append(EnvironmentChange(at_ns, None, random.choice(by)))
-        elif free:
-            name, values = random.choice(free)
-            changes.append(EnvironmentChange(at_ns, ((name, random.choice(values)),)))
-    environment = tuple(sorted(changes, key=lambda change: change.at_ns or 0))
-    return replace(case, environment=environment, limits=LIMITS)
+    possible = [EnvironmentChange(0, None, each.name) for each in model.environment]
+    for maker in Program(model).outside.free:
+        possible += [EnvironmentChange(0, ((name, value),)) for name, values in maker.values for value in values]
+    possible = [each for each in possible if beyond_reach(replace(case, environment=(each,)), model, real) is None]
+    changes = random.choices(possible, k=random.choice((0, 0, 1, 2))) if possible else []
+    times_ns = sorted(random.randint(0, 8) * SECOND_NS + 7 for _ in changes)
+    environment = [replace(change, at_ns=at_ns) for at_ns, change in zip(times_ns, changes, strict=True)]
+    return replace(case, environment=tuple(environment), limits=LIMITS)
 
 
 def run_of(number: int, seed: int) -> tuple[Execution, list[str]]:
     """One run with drivers, and what the cell complained of."""
     model, random = model_of(number), Random(f"drivers {number} {seed}")
-    case = drawn_case(number, random)
     names = [resource.name for resource in model.resources]
     real = tuple(name for name in names if random.random() < 0.7) or (names[0],)
+    case = drawn_case(number, real, random)
 
     async def scene(loop: VirtualLoop) -> tuple[Execution, list[str]]:
         stage, tester = Stage.virtual(model, loop), Tester(model)

@@ -7,9 +7,10 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
+from scbm.model.sources import published_by
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases import Case
     from scbm.model import BehaviorModel
@@ -62,10 +63,31 @@ def beyond_reach(case: Case, model: BehaviorModel, real: Sequence[str]) -> str |
     name = next((name for name in real if name in subjects), None)
     if name is not None:
         return f"a case cannot force the outcome of `{name}`: its requests go to a real driver"
+    sent = dict(_sent_unasked(model, real))
+    changed = next((name for name in _changed_by(case, model) if name in sent), None)
+    if changed is not None:
+        return f"a case cannot change `{changed}`: its values come from the real driver of `{sent[changed]}`"
     is_alone = all(resource.name in real for resource in model.resources)
     if real and is_alone and case.network != Network():
         return "a case with faults of the network needs a simulated resource to carry them out"
     return None
+
+
+def _sent_unasked(model: BehaviorModel, real: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield the variables whose values real drivers send without a request, each with its resource."""
+    for resource in model.resources:
+        if resource.name in real:
+            bound = () if resource.binding is None else resource.binding.measured
+            names = (*published_by(resource, model), *(measured.reading.variable for measured in bound))
+            yield from ((name, resource.name) for name in names)
+
+
+def _changed_by(case: Case, model: BehaviorModel) -> Iterator[str]:
+    """Yield the variables that a case changes under `environment`."""
+    actions = {each.name: each.actions for each in model.environment}
+    for change in case.environment or ():
+        made = [action.target for action in actions.get(change.by, ())]
+        yield from made if change.assign is None else (name for name, _ in change.assign)
 
 
 def _resources_with_rules(case: Case, model: BehaviorModel) -> list[str | None]:
