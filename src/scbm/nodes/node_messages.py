@@ -16,7 +16,7 @@ from msgspec import Meta
 
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
-VERSION = 3
+VERSION = 4
 """Incremented with every change that older nodes cannot parse."""
 
 _MAX_CHARACTERS = 8_000_000
