@@ -54,10 +54,15 @@ class Maker(ABC):
 
 
 class TransitionMaker(Maker):
-    """An environment transition: it acts where its guard holds, as long as its actions stay in their domains."""
+    """An environment transition: it acts where its guard holds, as long as its actions stay in their domains.
 
-    def __init__(self, step: CompiledStep) -> None:
+    Attributes:
+        targets: the variables that its actions assign.
+    """
+
+    def __init__(self, step: CompiledStep, targets: Collection[str]) -> None:
         super().__init__(step.name)
+        self.targets = targets
         self._step = step
 
     def holds(self, state: int) -> bool:
@@ -185,14 +190,18 @@ class OutsideChanges:
         return None
 
     def parts(self, values: Changes) -> list[Changes]:
-        """Return the parts of a change that several make: in its order, those of one source of variables together.
+        """Return the parts of a change that several make, in its order.
 
-        These are an input, a resource that publishes, and the environment transitions.
+        Variables of one resource that publishes are one part, and so are those that no environment transition assigns
+        alone.
         """
-        found: dict[str, list[tuple[str, Value]]] = {}
+        makers = [[name for name, _ in maker.values] for maker in self.free]
+        makers += [list(maker.targets) for maker in self.transitions]
+        shared = [tuple(name for name, _ in values if name in names) for names in makers]
+        found: dict[tuple[str, ...], list[tuple[str, Value]]] = {}
         for name, value in values:
-            source = next((maker.name for maker in self.free if name in dict(maker.values)), "")
-            found.setdefault(source, []).append((name, value))
+            together = min((names for names in shared if name in names), key=len, default=(name,))
+            found.setdefault(together, []).append((name, value))
         return [tuple(part) for part in found.values()]
 
     def can_lead(self, state: int, target: int, in_flight: Collection[int], is_settled: Callable[[int], bool]) -> bool:

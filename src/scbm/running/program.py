@@ -369,7 +369,8 @@ class Program:
 
     def _outside(self, free: Sequence[FreeMaker]) -> OutsideChanges:
         """Return what changes freely, by environment transitions, and by other users of shared resources."""
-        return OutsideChanges([*free, *map(TransitionMaker, self.environment), *map(OtherUser, self.shared)])
+        targets = (tuple(action.target for action in each.actions) for each in self.model.environment)
+        return OutsideChanges([*free, *map(TransitionMaker, self.environment, targets), *map(OtherUser, self.shared)])
 
     def _automatic(self, transition: Transition) -> CompiledStep:
         """Return an automatic transition; one that fails an operation needs that operation to be executing."""

@@ -288,6 +288,36 @@ def test_an_occupied_shared_resource_forces_nothing() -> None:
     assert (execution.verdict.end, execution.ended_ns, execution.forced) == ("reached", SECOND_NS, 0)
 
 
+@pytest.mark.parametrize(
+    ("goals", "first"),
+    [
+        ("goal: formed", ["injection", "run_started"]),
+        ("goals: [{goal: formed, when: door == open}]", ["injection", "measurement", "run_started"]),
+        ("goals: [{goal: formed}, {goal: formed}]", ["injection", "run_started"]),
+    ],
+)
+def test_a_change_that_is_due_at_once_comes_after_the_goals_are_given(goals: str, first: list[str]) -> None:
+    injected = "injections: [{set: {ram_req_state: failed}}]\nenvironment: [{when: true, set: {door: open}}]\n"
+    records = Tester(press()).execute(read_case(f"case: x\n{goals}\n{injected}", press())).trace.records
+    kinds = [record.kind for record in records if record.kind in ("injection", "measurement", "run_started")]
+    assert kinds[: len(first)] == first
+
+
+def test_an_entry_that_sets_several_inputs_is_several_changes() -> None:
+    model = press(
+        "open: {guard: 'true', actions: [door <- open]}",
+        "push: {guard: door == open, actions: [stop <- pressed]}",
+        "lift: {guard: 'true', actions: [stop <- released, door <- closed]}",
+    )
+    listed = "[{at: 1 s, set: {door: open, stop: pressed}}, {at: 2 s, set: {door: closed, stop: released}}]"
+    execution = Tester(model).execute(read_case(f"case: x\ngoal: formed\nenvironment: {listed}\n", model))
+    assert moves(execution) == [
+        (1.0, "open", {"door": "open"}),
+        (1.0, "push", {"stop": "pressed"}),
+        (2.0, "lift", {"door": "closed", "stop": "released"}),
+    ]
+
+
 def test_a_run_without_a_plan_ends_after_the_last_change_of_its_case() -> None:
     model = press()
     changes = tuple(

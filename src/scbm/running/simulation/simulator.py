@@ -219,7 +219,7 @@ class _SimulationRun:
         self._records: list[Record] = []
         self._now_ns = 0
         self._end: End | None = None
-        self._goals = 1 + len(case.later)
+        self._goals = self._ungiven = 1 + len(case.later)
 
     def schedule(self, at_ns: int, occurrence: _Occurrence) -> None:
         """Schedule an event; events of one moment happen in the order in which they were scheduled."""
@@ -264,6 +264,7 @@ class _SimulationRun:
 
     def _handle(self, event: Event) -> None:
         """Let the runner handle an event, and carry out what it wants."""
+        self._ungiven -= isinstance(event, GoalGiven)
         for effect in self._runner.handle(event, self._now_ns):
             if isinstance(effect, OUTWARD):
                 self._perform(effect)
@@ -271,7 +272,7 @@ class _SimulationRun:
                 self._records.append(effect)
                 if self._choices.needs_operation:
                     self._follow_operation(effect)
-        if self._environment is not None and self._goals:
+        if self._environment is not None and self._goals and not self._ungiven:
             self._observe(self._environment)
 
     # the environment
