@@ -25,6 +25,7 @@ from scbm.closing.advice.suggestions import Oracles, TriedVisits, in_order_of, s
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
 from scbm.closing.proofs.proofs import Proofs, explored_for_proofs, scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
+from scbm.closing.runs.value_classes import distinguished_groups
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import (
     CaseSearch,
@@ -40,7 +41,7 @@ from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, Slug, State
-from scbm.model.sources import outside_groups
+from scbm.model.sources import free_groups, outside_groups
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
 
@@ -63,6 +64,12 @@ _PLANNED_FOR_SUGGESTIONS = 250
 
 _MAX_FOR_CASES = 10_000
 """Maximum number of situations in which inputs change that are explored to find cases, where they prove nothing."""
+
+_SHARE_OF_ALL_VALUES = 100
+"""The divisor of the limit of situations for proofs about inputs of many values that make little difference.
+
+Each of these values leads on from each situation, so such a graph is complete soon or never.
+"""
 
 _FEW_SITUATIONS = 30_000
 """Maximum number of situations of the small graph, which takes some three seconds and decides small models at once."""
@@ -108,6 +115,7 @@ class Closer:
         self._visited_for: dict[tuple[str, Predicate], TriedVisits] = {}
         self._suggestion_states = 0
         self._is_open = bool(outside_groups(model))
+        self._has_classes = distinguished_groups(model) != free_groups(model)
         self._open_runs: list[AllRuns] = []
         self._one_case_each = False
 
@@ -371,7 +379,8 @@ class Closer:
         limits = self._limits
         if closed.stopped is not None:  # then all runs are too many in the open world, too
             limits = replace(limits, situations=min(_MAX_FOR_CASES, limits.situations))
-        runs = AllRuns(self.model, limits, self._progress, RunScope(is_open=True))
+        scope = RunScope(is_open=True, takes_classes=self._has_classes)
+        runs = AllRuns(self.model, limits, self._progress, scope)
         if runs.stopped is not None and closed.stopped is None:
             self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
         return self._walked(runs, missing, never)
@@ -381,7 +390,8 @@ class Closer:
         wanted = missing & ~never
         if not wanted or self.model.runs.goals is GoalOrder.SINGLE or closed.stopped is not None:
             return []
-        runs = AllRuns(self.model, self._limits, self._progress, scope_of_proofs(self.model), until=wanted)
+        scope = replace(scope_of_proofs(self.model), takes_classes=self._has_classes)
+        runs = AllRuns(self.model, self._limits, self._progress, scope, until=wanted)
         return self._walked(runs, missing, never)
 
     def _walked(self, runs: AllRuns, missing: int, never: int) -> list[Execution]:
@@ -458,8 +468,10 @@ class Closer:
         if runs.stopped is not None:  # where these are too many, others are, too
             return ()
         try:
-            known = (runs, *self._open_runs)
-            return explored_for_proofs(self.model, self._limits, self._progress, missing, known)
+            known, limits = (runs, *self._open_runs), self._limits
+            if self._has_classes:
+                limits = replace(limits, situations=limits.situations // _SHARE_OF_ALL_VALUES)
+            return explored_for_proofs(self.model, limits, self._progress, missing, known)
         except KeyboardInterrupt:
             self._interrupt(Stage.GRAPH)
             return ()

@@ -8,9 +8,10 @@ injections, the graph of all runs, and mutants. The checker of certificates has 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import product
 from math import prod
+from operator import or_
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.model.sources import FreeGroup, free_groups
@@ -77,7 +78,12 @@ class TransitionMaker(Maker):
 
 
 class FreeMaker(Maker):
-    """An input, or a resource that publishes values: variables that change freely, some or all at one moment."""
+    """An input, or a resource that publishes values: variables that change freely, some or all at one moment.
+
+    Attributes:
+        values: its variables, each with the values that it gives.
+        mask: the bits of these variables.
+    """
 
     def __init__(self, group: FreeGroup, packing: Packing) -> None:
         super().__init__(group.name)
@@ -86,11 +92,16 @@ class FreeMaker(Maker):
         self._bits = tuple(
             (packing[name].mask, frozenset(map(packing[name].bits, values))) for name, values in group.values
         )
+        self.mask = reduce(or_, (mask for mask, _ in self._bits), 0)
 
     def restricted(self, names: Collection[str]) -> FreeMaker:
         """Return what it changes of some variables."""
         kept = tuple((name, values) for name, values in self.values if name in names)
         return self if kept == self.values else FreeMaker(FreeGroup(self.name, kept), self._packing)
+
+    def can_return(self, state: int) -> bool:
+        """Return whether all values of its variables in a packed state are among those that it gives."""
+        return all(state & mask in known for mask, known in self._bits)
 
     @property
     def choices(self) -> int:
@@ -143,6 +154,7 @@ class OutsideChanges:
 
     Attributes:
         makers: everything that makes changes: what changes freely, environment transitions, other users.
+        kept: the bits of the variables that states keep.
     """
 
     def __init__(self, makers: Sequence[Maker], kept: int = -1) -> None:
@@ -153,7 +165,7 @@ class OutsideChanges:
             kept: the bits of the variables that states keep; a change of others alone makes no difference.
         """
         self.makers = tuple(makers)
-        self._kept = kept
+        self.kept = kept
 
     def __bool__(self) -> bool:
         return bool(self.makers)
@@ -165,7 +177,7 @@ class OutsideChanges:
             state: the packed state.
             in_flight: the resources with a request of the controller in flight, by number.
         """
-        kept = self._kept
+        kept = self.kept
         for maker in self.makers:
             for after in maker.following(state, in_flight):
                 if (after ^ state) & kept:

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from scbm.cases import Injection
     from scbm.model import EnvironmentTransition, Value
     from scbm.model.packing import Test, Update
+    from scbm.model.sources import FreeGroup
     from scbm.running.micro_steps import MemoizedSteps
 
 
@@ -227,6 +228,10 @@ class Program:
         program = copy(self)
         program._replace(mutant)
         return program
+
+    def give(self, groups: Iterable[FreeGroup]) -> None:
+        """Let what changes freely from outside give these values alone."""
+        self.outside = self._outside([FreeMaker(group, self.packing) for group in groups])
 
     def _replace(self, mutant: BehaviorModel) -> None:
         """Take another model with the same variables and operations."""

@@ -24,6 +24,7 @@ from scbm.running.untimed.situations import (
     HappeningKind,
     PlanningTooLargeError,
     TooManyRepliesError,
+    TooManyRestsError,
     Visits,
 )
 
@@ -99,7 +100,7 @@ class WaitingRuns:
             for is_open in (False, True):
                 if self._can_reach(state, silent, self._steps_to(goal, is_open=is_open)):
                     return OutsideHelp.LEADS_TO_GOAL if is_open else OutsideHelp.NONE
-        except (_SearchTooLongError, PlanningTooLargeError, TooManyRepliesError):
+        except (_SearchTooLongError, PlanningTooLargeError, TooManyRepliesError, TooManyRestsError):
             return OutsideHelp.UNKNOWN
         return OutsideHelp.NONE
 

@@ -12,7 +12,7 @@ from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.decisions import Stage
 from scbm.closing.runs.all_runs import AllRuns, RunScope
-from scbm.closing.scripts.closing_injections import distinguishing_values
+from scbm.closing.runs.value_classes import distinguishing_values
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Outcome, PlannerChoice, PlannerIdentity, PlanSet, Slug
 from scbm.proofcheck import check_certificate

@@ -8,16 +8,18 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
-from scbm.closing.runs.run_graph import RunGraph, explore_runs, initial_states
+from scbm.closing.runs.run_graph import MAX_STEPS_EACH, RunGraph, explore_runs, initial_states
+from scbm.closing.runs.value_classes import distinguished_groups
 from scbm.model import GoalOrder, PlanSet
 from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
 from scbm.running.untimed.plan_queues import CanonicalQueues, QueuesByDistance
 from scbm.running.untimed.relevance import Relevance
+from scbm.running.untimed.rest_visits import MOST_RESTS
 from scbm.running.untimed.run_answers import SATISFICING_SHARE, RunAnswers
 from scbm.running.untimed.run_notes import NotedSteps
 from scbm.running.untimed.run_steps import RunSteps
-from scbm.running.untimed.situations import TooManyRepliesError, Visits
+from scbm.running.untimed.situations import TooManyRepliesError, TooManyRestsError, Visits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -64,6 +66,8 @@ class RunScope:
         plans: the plans that the runner may get. For others than canonical plans the planner of the model makes no
             difference.
         keeps_all: whether states keep all variables, also those that cannot influence a run of the model.
+        takes_classes: whether what changes freely takes one value of each class that guards and goals distinguish; then
+            the runs lead to cases, and prove nothing.
         keeps_notes: whether edges have notes about what happens to operations and requests.
     """
 
@@ -72,6 +76,7 @@ class RunScope:
     plans: PlanSet = PlanSet.CANONICAL
     keeps_all: bool = False
     keeps_notes: bool = False
+    takes_classes: bool = False
 
 
 class AllRuns:
@@ -120,6 +125,11 @@ class AllRuns:
         self.model = model
         self.program = Program(model)
         self.scope = scope
+        self._classes: Mapping[str, tuple[Value, ...]] = {}
+        if scope.takes_classes:
+            classes = distinguished_groups(model)
+            self._classes = dict(chain.from_iterable(group.values for group in classes))
+            self.program.give(classes)
         self.goals, self.plans = scope.goals, scope.plans
         self.planner = Planner.of(model) if scope.plans is PlanSet.CANONICAL else Planner(model)
         self.relevance = Relevance(model, self.program.packing, keeps_all=scope.keeps_all)
@@ -192,7 +202,11 @@ class AllRuns:
     def _explore(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         try:
             self.starts, complete = initial_states(
-                self.model, self.program, self.relevance, limits.starts, is_open=self.scope.is_open
+                self.program,
+                self.relevance,
+                limits.starts,
+                is_open=self.scope.is_open,
+                values=self._classes,
             )
             if not complete:
                 self.stopped = f"there are more than {limits.starts:,} combinations of initial values"
@@ -204,6 +218,8 @@ class AllRuns:
                 self._explore_goals(limits, progress)
         except TooManyRepliesError:
             self.stopped = "a reply has too many combinations of measured values"
+        except TooManyRestsError:
+            self.stopped = f"the runner at rest can be in more than {MOST_RESTS:,} states"
         except KeyboardInterrupt:
             self.stopped, self.is_interrupted = _INTERRUPTED, True
 
@@ -242,6 +258,9 @@ class AllRuns:
             self.stopped, self.option = self._too_large(goal, limits), "--max-planning"
         elif not graph.complete and self._until and not self._until & ~(self.visited | self.cut_off):
             self.stopped = "everything that is left to decide is visited by runs"
+        elif graph.has_too_many_steps:
+            self.stopped = f"runs can go on in more than {MAX_STEPS_EACH} ways from {limits.situations:,} situations"
+            self.option = "--max-states"
         elif not graph.complete:
             self.stopped = f"runs can be in more than {limits.situations:,} situations"
             self.option = "--max-states"

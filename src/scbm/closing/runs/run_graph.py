@@ -30,12 +30,16 @@ from scbm.running.untimed.situations import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.model import Predicate, Value
     from scbm.running import Program
     from scbm.running.untimed.relevance import Relevance
     from scbm.running.untimed.run_notes import RunNote
     from scbm.running.untimed.run_steps import RunSteps
     from scbm.running.untimed.situations import Position
+
+
+MAX_STEPS_EACH = 20
+"""Maximum number of steps for each position that may be explored: an input of many values has as many everywhere."""
 
 
 class Start(NamedTuple):
@@ -69,6 +73,7 @@ class RunGraph:
         positions: node n + 1 is position n.
         complete: whether everything was explored.
         planning_too_large: whether the exploration ended because planning exceeded its limit.
+        has_too_many_steps: whether it ended because too much can happen in each position.
         reach: for each node everything that edges reachable from it visit.
         cut_offs: edges on which a limit of plans can end the run, each with its node and what is visited then.
     """
@@ -78,6 +83,7 @@ class RunGraph:
     positions: list[Position]
     complete: bool
     planning_too_large: bool
+    has_too_many_steps: bool
     reach: list[int]
     cut_offs: list[tuple[int, Edge, int]]
     _first: array[int]
@@ -169,6 +175,10 @@ def steps_from(steps: Sequence[RunSteps], position: Position) -> Iterator[tuple[
         yield happening, pursued.after(position, happening)
 
 
+class _TooManyWaysError(Exception):
+    """There are more than `MAX_STEPS_EACH` steps for each position that may be explored."""
+
+
 class _EnoughVisitedError(Exception):
     """The exploration is over: every obligation that it looks for was visited."""
 
@@ -204,7 +214,7 @@ class _RunExploration:
         self._cut_offs: list[tuple[int, Edge, int]] = []
         self._cut_off = 0
         self._complete = True
-        self._planning_too_large = False
+        self._planning_too_large = self._has_too_many_steps = False
 
     def explore(self, goals: tuple[tuple[str, Predicate], ...], starts: Sequence[Start]) -> RunGraph:
         self._starts = starts
@@ -212,8 +222,9 @@ class _RunExploration:
         try:
             exploration.expand_all()
             self._complete = self._complete and not self._has_visited_enough()
-        except (PlanningTooLargeError, _EnoughVisitedError) as error:
+        except (PlanningTooLargeError, _TooManyWaysError, _EnoughVisitedError) as error:
             self._complete, self._planning_too_large = False, isinstance(error, PlanningTooLargeError)
+            self._has_too_many_steps = isinstance(error, _TooManyWaysError)
             self._first.extend([len(self._targets)] * (len(self._positions) + 2 - len(self._first)))
         return RunGraph(
             goals,
@@ -221,6 +232,7 @@ class _RunExploration:
             self._positions,
             self._complete,
             self._planning_too_large,
+            self._has_too_many_steps,
             _reach(self._first, self._targets, self._visits),
             self._cut_offs,
             self._first,
@@ -235,6 +247,8 @@ class _RunExploration:
         """Record the edges of a node, and return their numbers and targets; nodes are numbered as they are found."""
         if self._has_visited_enough():
             raise _EnoughVisitedError
+        if len(self._targets) > self._most * MAX_STEPS_EACH:
+            raise _TooManyWaysError
         if self._progress is not None and node % _REPORT_EVERY == _REPORT_EVERY - 1:
             self._progress(len(self._positions))
         found: list[tuple[int, int]] = []
@@ -322,31 +336,37 @@ def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[in
 
 
 def initial_states(
-    model: BehaviorModel, program: Program, relevance: Relevance, most: int, *, is_open: bool
+    program: Program,
+    relevance: Relevance,
+    most: int,
+    *,
+    is_open: bool,
+    values: Mapping[str, tuple[Value, ...]],
 ) -> tuple[tuple[Start, ...], bool]:
     """Return the initial states of runs that differ in relevant variables, those nearest to the nominal state first.
 
     Args:
-        model: the model.
         program: the compiled model.
         relevance: the variables that can influence a run.
         most: of the combinations of values at most so many are enumerated.
         is_open: whether variables that change freely from outside begin with any of their values.
+        values: the values with which some of these variables begin, besides those of the nominal state.
 
     Returns:
         The states, and whether these are all.
     """
-    found: dict[int, Start] = {}
+    model, found = program.model, dict[int, Start]()
     nominal, left, is_complete = model.nominal_state, most, True
     read = dict.fromkeys((*relevance.names, *model.initial_states.reads()))
     for beginning in InitialStates(model).beginnings(is_open=is_open):
-        nominal_first = [sorted(known, key=partial(ne, nominal[name])) for name, known in beginning.items()]
+        kept = {n: [v for v in known if v == nominal[n] or v in values.get(n, known)] for n, known in beginning.items()}
+        nominal_first = [sorted(known, key=partial(ne, nominal[name])) for name, known in kept.items()]
         choices = [known if name in read else known[:1] for name, known in zip(beginning, nominal_first, strict=True)]
         for combination in islice(product(*choices), left):
-            values = dict(zip(beginning, combination, strict=True))
-            if model.initial_states.holds(values):
-                packed = world_bits(program, values)
-                found.setdefault(packed & relevance.mask, Start(values, packed))
+            state = dict(zip(beginning, combination, strict=True))
+            if model.initial_states.holds(state):
+                packed = world_bits(program, state)
+                found.setdefault(packed & relevance.mask, Start(state, packed))
         count = prod(map(len, choices))
         is_complete, left = is_complete and count <= left, max(0, left - count)
     nearest = sorted(found.values(), key=lambda start: sum(nominal[name] != v for name, v in start.values.items()))

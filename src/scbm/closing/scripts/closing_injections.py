@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Case, EnvironmentChange, Injection
 from scbm.cases.trace import BecameCurrent, ReplyReceived, RequestCancelled, RequestSent, RunnerStarted
+from scbm.closing.runs.value_classes import distinguishing_values
 from scbm.model import (
     And,
     Constant,
@@ -128,36 +129,6 @@ def current_operations(records: Iterable[Record]) -> dict[str, int]:
 
 _MAX_INPUT_CHANGES = 4_096
 """Maximum number of combinations of values that are tried for one transition."""
-
-
-def distinguishing_values(model: BehaviorModel, name: str) -> tuple[Value, ...]:
-    """Return the first value of each class of values that no guard or goal distinguishes.
-
-    Where the variable is compared with another one, or assigned to one, each value is a class of its own.
-    """
-    if any(name in action.reads() for action in model.actions):
-        return model.space[name].domain.values
-    predicates = [*(transition.running_guard for transition in model.transitions), *(goal for _, goal in model.goals)]
-    leaves = [leaf for predicate in predicates for leaf in _leaves(predicate) if name in leaf.reads()]
-    if any(len(leaf.reads()) > 1 for leaf in leaves):
-        return model.space[name].domain.values
-    kinds: dict[tuple[bool, ...], Value] = {}
-    for value in model.space[name].domain.values:
-        kinds.setdefault(tuple(leaf.holds({name: value}) for leaf in leaves), value)
-    return tuple(kinds.values())
-
-
-def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]:
-    match predicate:
-        case Not(operand):
-            yield from _leaves(operand)
-        case And(operands) | Or(operands):
-            for each in operands:
-                yield from _leaves(each)
-        case Implies(condition, consequence):
-            yield from (*_leaves(condition), *_leaves(consequence))
-        case Equal() | NotEqual() | Order() | Member():
-            yield predicate
 
 
 def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Iterator[Case]:

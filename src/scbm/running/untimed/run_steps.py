@@ -29,6 +29,7 @@ from scbm.running.micro_steps import (
 )
 from scbm.running.outside_changes import OutsideChanges
 from scbm.running.untimed.relevance import choices, relevant_changes
+from scbm.running.untimed.rest_visits import RestVisits
 from scbm.running.untimed.situations import (
     ANSWER,
     DEADLINE,
@@ -229,6 +230,7 @@ class RunSteps:
         self._questions: dict[int, _PlanQuestion] = {}
         self._answered_steps: dict[int, _AnsweredStep] = {}
         self._few_automatic = min(bound, _LONG)  # with so few, no chain of automatic transitions is too long
+        self._rest_visits = RestVisits(self._outside, self._idle)
         self._after_ends: dict[int, _RunEnd] = {}
         self._ends: dict[PlanState, dict[int | tuple[int, ...], _RunEnd]] = {state: {} for state in PlanState}
 
@@ -567,17 +569,8 @@ class RunSteps:
 
     def _rest(self, state: int) -> int:
         """Return what a runner without a goal visits from a packed state on, whatever changes from outside."""
-        visits, todo = self._idle(state)
-        reached = dict.fromkeys(todo)
-        while todo:
-            before, *rest = todo
-            todo = tuple(rest)
-            for _, after in self._outside.following(before, ()):
-                more, rests = self._idle(after)
-                visits |= more
-                todo += tuple(each for each in rests if each not in reached)
-                reached |= dict.fromkeys(rests)
-        return visits
+        visits, settled = self._idle(state)
+        return visits | (self._rest_visits.of(*settled) if settled and self._outside else 0)
 
     def _idle(self, state: int) -> tuple[int, tuple[int, ...]]:
         """Return what a runner without a goal visits from a packed state until it is settled, and the state then.

@@ -76,6 +76,10 @@ class TooManyRepliesError(Exception):
     """The values that one reply can measure have too many combinations."""
 
 
+class TooManyRestsError(Exception):
+    """A runner at rest can be in too many states, so what it can visit there is unknown."""
+
+
 class HappeningKind(Enum):
     """The kinds of events in a run."""
 

@@ -1,0 +1,57 @@
+"""Classes of values that nothing in a model distinguishes, so that one value of each is enough to find cases."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.model import And, Equal, Implies, Member, Not, NotEqual, Or, Order
+from scbm.model.sources import FreeGroup, free_groups
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.model import BehaviorModel, Predicate, Value
+
+
+def distinguishing_values(model: BehaviorModel, name: str, known: tuple[Value, ...] = ()) -> tuple[Value, ...]:
+    """Return the first value of each class of values that no guard or goal distinguishes.
+
+    Where the variable is compared with another one, or assigned to one, each value is a class of its own.
+
+    Args:
+        model: the model.
+        name: the variable.
+        known: the values in question; all of its domain if empty.
+    """
+    values = known or model.space[name].domain.values
+    if any(name in action.reads() for action in model.actions):
+        return values
+    predicates = [*(transition.running_guard for transition in model.transitions), *(goal for _, goal in model.goals)]
+    leaves = [leaf for predicate in predicates for leaf in _leaves(predicate) if name in leaf.reads()]
+    if any(len(leaf.reads()) > 1 for leaf in leaves):
+        return values
+    kinds: dict[tuple[bool, ...], Value] = {}
+    for value in values:
+        kinds.setdefault(tuple(leaf.holds({name: value}) for leaf in leaves), value)
+    return tuple(kinds.values())
+
+
+def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]:
+    match predicate:
+        case Not(operand):
+            yield from _leaves(operand)
+        case And(operands) | Or(operands):
+            for each in operands:
+                yield from _leaves(each)
+        case Implies(condition, consequence):
+            yield from (*_leaves(condition), *_leaves(consequence))
+        case Equal() | NotEqual() | Order() | Member():
+            yield predicate
+
+
+def distinguished_groups(model: BehaviorModel) -> tuple[FreeGroup, ...]:
+    """Return what changes freely from outside, with one value of each class; `free_groups` if all differ."""
+    return tuple(
+        FreeGroup(group.name, tuple((name, distinguishing_values(model, name, known)) for name, known in group.values))
+        for group in free_groups(model)
+    )
