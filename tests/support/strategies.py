@@ -267,7 +267,7 @@ def _open_resource(draw: DrawFn, resource: Resource, model: BehaviorModel) -> Re
     for name in sorted({*published, *resource.measures}):
         domain = model.space[name].domain.values
         kept = some_of(draw, domain, 1)
-        if len(kept) < len(domain):
+        if len(kept) < len(domain) or name in resource.measures:
             values.append((name, tuple(value for value in domain if value in kept)))
     sent = dict(values)
     drawn = tuple((name, sent.get(name, known)) for name, known in resource.simulation.measured)

@@ -78,7 +78,7 @@ class Resource:
         request: the variables whose values a request carries.
         measures: the variables whose values a reply may carry.
         publishes: the variables whose values it may send without a request.
-        values: for some of what it measures or publishes, the only values that it sends, in the order of the domain.
+        values: for some of what it measures or publishes, the only values that it sends, as they are listed.
         shared: whether another user can occupy it while no request of the controller to it is in flight.
         simulation: its simulated behavior.
         binding: how the real resource is reached; `None` if the model does not say.
@@ -96,10 +96,10 @@ class Resource:
     lifted: str | None = field(default=None, compare=False)
 
     def sends(self, variable: Variable) -> tuple[Value, ...]:
-        """Return the values that the resource can send for a variable: those declared, or all of the domain."""
+        """Return the values that the resource can send for a variable: those listed, or all; in the domain's order."""
         for name, values in self.values:
             if name == variable.name:
-                return values
+                return tuple(sorted(values, key=variable.domain.index))
         return variable.domain.values
 
     @property

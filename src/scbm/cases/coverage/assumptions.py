@@ -54,8 +54,9 @@ def _sentences(
     if not outside_groups(model):
         yield "Only the model and replies to its requests change variables."
     for resource in model.resources:
-        for name, values in resource.values:
-            yield f"The resource {resource.name} sends only these for {name}: {', '.join(map(format_value, values))}."
+        for name in (name for name, values in resource.values if len(values) < len(model.space[name].domain)):
+            sent = ", ".join(map(format_value, resource.sends(model.space[name])))
+            yield f"The resource {resource.name} sends only these for {name}: {sent}."
     unchanged = still(model)
     if unchanged:
         yield f"Nothing changes these: {', '.join(unchanged)}."

@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
     from scbm.model.values import Value
-    from scbm.model.variables import Variable
 
 _NUMBER = re.compile(r"\+?(\d{1,18}(\.\d{0,18})?|\.\d{1,18})(e[-+]?\d{1,2})?", re.ASCII | re.IGNORECASE)
 _POINTS = {LatencyShape.FIXED: 1, LatencyShape.EXPONENTIAL: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}
@@ -188,7 +187,7 @@ class SentVariables(NamedTuple):
 
     Attributes:
         names: the variables.
-        values: for some of them the only values that it sends, in the order of the domain.
+        values: for some of them the only values that it sends, as they are listed.
     """
 
     names: tuple[str, ...]
@@ -221,9 +220,9 @@ class SentType(KeyType[SentVariables | None]):
         values = []
         for entry in entries:
             variable = reader.scope.variables.get(entry.name)
-            known = () if entry.value is None or variable is None else _known(reader, entry.value, variable)
-            if variable is not None and known and known != variable.domain.values:
-                values.append((entry.name, known))
+            if entry.value is not None and entry.value.text != "any" and variable is not None:
+                known = read_values(reader, entry.value, variable.domain, entry.name)
+                values += [(entry.name, known)] if known else []
         return SentVariables(tuple(entry.name for entry in entries), tuple(values))
 
     def write(self, value: object) -> Data:
@@ -234,11 +233,6 @@ class SentType(KeyType[SentVariables | None]):
     def schema(self, definitions: Definitions) -> dict[str, Data]:
         """Return the schema of both."""
         return {"anyOf": [self._list.schema(definitions), self._mapping.schema(definitions)]}
-
-
-def _known(reader: ValueReader, node: YamlNode, variable: Variable) -> tuple[Value, ...]:
-    """Return the values of a list in the order of the domain."""
-    return tuple(sorted(read_values(reader, node, variable.domain, variable.name), key=variable.domain.index))
 
 
 def _sent(key: str) -> Callable[[Resource], SentVariables]:
@@ -326,7 +320,7 @@ class ResourceKeys(Keys):
     measures = DefaultKey(
         SentType(),
         "The variables whose values a reply may carry. A list behind a variable holds the only values that are sent; "
-        "others are refused.",
+        "others are refused. Simulated replies draw from it; a plain one measures the first.",
         default=SentVariables(()),
         always_written=True,
         absent="`[]`",
@@ -362,14 +356,14 @@ class ResourceKeys(Keys):
         measures, publishes = self.measures, self.publishes
         self._refuse_different_values(dict(measures.values), dict(publishes.values))
         simulated = Simulation() if simulation is None else simulation.simulation(written, measures)
-        values = tuple({**dict(publishes.values), **dict(measures.values)}.items())
+        published = [(name, values) for name, values in publishes.values if name not in measures.names]
         return Resource(
             name,
             self.request,
             measures.names,
             simulated,
             publishes=publishes.names,
-            values=tuple(sorted(values)),
+            values=tuple(sorted((*published, *measures.values))),
             shared=self.shared,
             lifted=self.node.origin,
         )
@@ -379,7 +373,11 @@ class ResourceKeys(Keys):
     ) -> None:
         """Note a variable that has other values under `publishes` than under `measures`."""
         both = [name for name in self.publishes.names if name in self.measures.names]
-        for name in (name for name in both if measured.get(name) != published.get(name)):
+        for name in both:
+            variable = self.reader.scope.variables.get(name)
+            every = () if variable is None else variable.domain.values
+            if {*measured.get(name, every)} == {*published.get(name, every)}:
+                continue
             message = f"`{name}` has other values under `publishes` than under `measures`"
             self.reader.add(Slug.CONTRADICTION, message, self.place("publishes"), "list the same values")
 
