@@ -192,7 +192,7 @@ def _rules(draw: DrawFn, subject: str, first: int, last: int | None, measuring: 
 
 @st.composite
 def _values_of(draw: DrawFn, measuring: Iterable[Resource]) -> Any:  # noqa: ANN401 - variables and their values
-    known = {name: values for resource in measuring for name, values in resource.simulation.measured}
+    known = {drawn.name: drawn.values for resource in measuring for drawn in resource.simulation.measured}
     names = draw(st.lists(st.sampled_from(list(known)), unique=True)) if known else []
     return tuple((name, draw(st.sampled_from(known[name]))) for name in names)
 

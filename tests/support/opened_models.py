@@ -9,6 +9,7 @@ from scbm.model import (
     Assign,
     BehaviorModel,
     Constant,
+    DrawnVariable,
     EnvironmentTransition,
     Equal,
     Latency,
@@ -52,6 +53,6 @@ def _open(resource: Resource, random: Random, model: BehaviorModel) -> Resource:
         kept = tuple(value for value in domain if random.random() < 0.7)
         values += [(name, kept)] if 0 < len(kept) < len(domain) else []
     sent = dict(values)
-    measured = tuple((n, sent.get(n, drawn)) for n, drawn in resource.simulation.measured)
+    measured = tuple(DrawnVariable(d.name, sent.get(d.name, d.values)) for d in resource.simulation.measured)
     simulation = replace(resource.simulation, measured=measured)
     return replace(resource, shared=random.random() < 0.6, values=tuple(values), simulation=simulation)

@@ -22,6 +22,7 @@ from scbm.model import (
     BehaviorModel,
     Constant,
     Domain,
+    DrawnVariable,
     Equal,
     Implies,
     InitialStates,
@@ -637,7 +638,9 @@ class _Cell:
         commands = (self.commands[name].name,) if name in self.commands else ()
         measures = (self.measured[name].name,) if name in self.measured else ()
         simulated = (
-            tuple((v.name, v.domain.values[: dice.between(1, 3)]) for v in [self.measured[name]]) if measures else ()
+            tuple(DrawnVariable(v.name, v.domain.values[: dice.between(1, 3)]) for v in [self.measured[name]])
+            if measures
+            else ()
         )
         half, quarter = Fraction(1, 2), Fraction(1, 4)
         outcomes = dice.pick(

@@ -17,6 +17,7 @@ from scbm.model import (
     BehaviorModel,
     Constant,
     Domain,
+    DrawnVariable,
     EnvironmentTransition,
     Equal,
     Extreme,
@@ -270,8 +271,11 @@ def _open_resource(draw: DrawFn, resource: Resource, model: BehaviorModel) -> Re
         if len(kept) < len(domain) or name in resource.measures:
             values.append((name, tuple(value for value in domain if value in kept)))
     sent = dict(values)
-    drawn = tuple((name, sent.get(name, known)) for name, known in resource.simulation.measured)
-    simulation = replace(resource.simulation, measured=drawn)
+    measured, failed = (
+        tuple(DrawnVariable(d.name, sent[d.name]) if d.name in sent else d for d in drawn)
+        for drawn in (resource.simulation.measured, resource.simulation.failed)
+    )
+    simulation = replace(resource.simulation, measured=measured, failed=failed)
     shared = flag(draw)
     return replace(resource, publishes=published, values=tuple(values), shared=shared, simulation=simulation)
 
@@ -299,8 +303,18 @@ def _resource(draw: DrawFn, name: str, declared: Sequence[Variable]) -> Resource
         name,
         tuple(some_of(draw, names, 0, 2)),
         tuple(variable.name for variable in measured),
-        Simulation(latency, outcomes, tuple((variable.name, variable.domain.values) for variable in measured)),
+        Simulation(latency, outcomes, _drawn(draw, measured), _drawn(draw, measured if flag(draw) else [])),
     )
+
+
+def _drawn(draw: DrawFn, variables: Sequence[Variable]) -> tuple[DrawnVariable, ...]:
+    """Return what replies measure: all values, half of the time with weights."""
+    drawn = []
+    for variable in variables:
+        weights = [Fraction(one_of(draw, ["0", "1", "0.25", "7"])) for _ in variable.domain.values]
+        is_weighted = flag(draw) and any(weights)
+        drawn.append(DrawnVariable(variable.name, variable.domain.values, tuple(weights) if is_weighted else ()))
+    return tuple(drawn)
 
 
 def _operation(draw: DrawFn, name: str, world: Sequence[Variable], resources: Sequence[Resource]) -> Operation:

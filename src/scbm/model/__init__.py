@@ -60,7 +60,7 @@ from scbm.model.predicates import (
     conjunction,
 )
 from scbm.model.requirements import FORMS, AfterAlways, Always, Before, LeadsTo, Never, Requirement, RequirementForm
-from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
+from scbm.model.resources import DrawnVariable, Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.model.slugs import Slug
 from scbm.model.values import Domain, Value, ValueKind, format_value
 from scbm.model.variables import (
@@ -91,6 +91,7 @@ __all__ = [
     "Constant",
     "Diagnostic",
     "Domain",
+    "DrawnVariable",
     "EnvironmentTransition",
     "Equal",
     "Extreme",

@@ -6,14 +6,18 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
 from itertools import accumulate
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from scbm.model.variables import request_state_name, trigger_name
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scbm.model.bindings import Binding
     from scbm.model.values import Value
     from scbm.model.variables import Variable
+
+_T = TypeVar("_T")
 
 
 class Outcome(StrEnum):
@@ -47,26 +51,58 @@ class Latency:
 
 
 @dataclass(frozen=True, slots=True)
+class DrawnVariable:
+    """A variable that simulated replies measure, and the values that they draw from.
+
+    Attributes:
+        name: the variable.
+        values: its values, as they are listed.
+        weights: how likely each value is, compared with the others; empty if all are equally likely.
+        cumulative: with weights, the values that are possible, each with the sum of the probabilities up to it.
+    """
+
+    name: str
+    values: tuple[Value, ...]
+    weights: tuple[Fraction, ...] = ()
+    cumulative: tuple[tuple[Value, float], ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        shares = [weight / sum(self.weights) for weight in self.weights]
+        pairs = [*zip(self.values, shares, strict=True)] if shares else []
+        object.__setattr__(self, "cumulative", _cumulative(pairs))
+
+    @property
+    def plain(self) -> Value:
+        """The value that a plain reply measures: the first one that can be drawn."""
+        return self.cumulative[0][0] if self.weights else self.values[0]
+
+
+@dataclass(frozen=True, slots=True)
 class Simulation:
     """The behavior of a simulated resource.
 
     Attributes:
         latency: the time to its reply.
         outcomes: the probability of each outcome; they add up to 1.
-        measured: for each measured variable the values that a successful reply draws from.
+        measured: the variables that a successful reply measures.
+        failed: the variables that a failed reply measures.
         cumulative: the outcomes that are possible, each with the sum of the probabilities up to it.
     """
 
     latency: Latency = Latency(LatencyShape.FIXED, (0,))
     outcomes: tuple[tuple[Outcome, Fraction], ...] = ((Outcome.SUCCEED, Fraction(1)),)
-    measured: tuple[tuple[str, tuple[Value, ...]], ...] = ()
+    measured: tuple[DrawnVariable, ...] = ()
+    failed: tuple[DrawnVariable, ...] = ()
     cumulative: tuple[tuple[Outcome, float], ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        reached = accumulate(float(probability) for _, probability in self.outcomes)
-        pairs = zip(self.outcomes, reached, strict=True)
-        possible = tuple((outcome, share) for (outcome, probability), share in pairs if probability)
-        object.__setattr__(self, "cumulative", possible)
+        object.__setattr__(self, "cumulative", _cumulative(self.outcomes))
+
+
+def _cumulative(shares: Sequence[tuple[_T, Fraction]]) -> tuple[tuple[_T, float], ...]:
+    """Return what has a probability above 0, each with the sum of the probabilities up to it."""
+    reached = accumulate(float(probability) for _, probability in shares)
+    return tuple((one, share) for (one, probability), share in zip(shares, reached, strict=True) if probability)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from support.wording import Wording
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.model import BehaviorModel, Diagnostic, Latency, Operation, Resource, Value
+    from scbm.model import BehaviorModel, Diagnostic, DrawnVariable, Latency, Operation, Resource, Value
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 REJECTED = sorted((MODELS / "rejected").glob("*.yaml"))
@@ -179,9 +179,15 @@ def facts_of_resource(resource: Resource) -> Iterator[str]:
         yield "shared"
     yield latency(resource.simulation.latency)
     yield from (f"{outcome} {probability}" for outcome, probability in resource.simulation.outcomes)
-    yield from (f"{name} from {values(drawn)}" for name, drawn in resource.simulation.measured)
+    yield from (f"{drawn.name} from {weighted(drawn)}" for drawn in resource.simulation.measured)
+    yield from (f"failed {drawn.name} from {weighted(drawn)}" for drawn in resource.simulation.failed)
     if resource.binding is not None:
         yield f"real {RosKeys.write(resource.binding)}"
+
+
+def weighted(drawn: DrawnVariable) -> str:
+    pairs = zip(map(format_value, drawn.values), drawn.weights, strict=True) if drawn.weights else ()
+    return ", ".join(f"{value} {weight}" for value, weight in pairs) or values(drawn.values)
 
 
 def latency(time: Latency) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from scbm.files.expansion.lifted_parser import LiftedParser
 from scbm.files.expansion.lifted_tokens import text_of
 from scbm.files.expansion.static_facts import ObjectTable, StaticFacts
 from scbm.files.expansion.thresholds import Joint, at_least, copies
-from scbm.model import Assign, InputError, Severity, Slug
+from scbm.model import Assign, DrawnVariable, InputError, Severity, Slug
 from support.step_limits import step_limit
 from support.wording import Wording
 
@@ -426,6 +427,16 @@ def test_a_binding_of_a_resource_with_parameters_names_variables_with_an_index()
         assert [(name, each["topic"]) for name, each in binding["measured"].items()] == [
             (f"near.{robot}", f"/{robot}/near")
         ]
+
+
+def test_replies_of_a_resource_with_parameters_draw_variables_with_an_index_by_weights() -> None:
+    text = HEAD.replace("  on:", "  seen[robot]: {domain: [a, g], initial: a}\n  on:")
+    drawn = "{measured: {seen.r: {a: 1, g: 3}}, failed: {'seen[r]': [g]}}"
+    text += f"resources:\n  arm[r in robot]: {{measures: [seen.r], simulation: {drawn}}}\n"
+    for resource, robot in zip(read_model(text).resources, ("r1", "r2"), strict=True):
+        weights = (Fraction(1), Fraction(3))
+        assert resource.simulation.measured == (DrawnVariable(f"seen.{robot}", ("a", "g"), weights),)
+        assert resource.simulation.failed == (DrawnVariable(f"seen.{robot}", ("g",)),)
 
 
 def test_a_binding_that_names_a_variable_without_its_index_is_wrong_there() -> None:

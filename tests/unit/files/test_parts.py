@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
 from scbm.files.expansion.part_names import NAMED_SECTIONS
 from scbm.files.expansion.stage_keys import SHARED_SECTIONS
-from scbm.model import Diagnostic, Domain, InputError, Slug, Variable
+from scbm.model import Diagnostic, Domain, DrawnVariable, InputError, Slug, Variable
 from support.wording import Wording
 
 MODEL = """\
@@ -449,7 +450,27 @@ def reporting(tmp_path: Path, argument: str) -> Path:
 def test_a_parameter_can_be_the_key_of_a_mapping_of_variables(tmp_path: Path) -> None:
     (camera,) = load_model(reporting(tmp_path, "item")).resources
     assert camera.measures == ("item",)
-    assert [name for name, _ in camera.simulation.measured] == ["item"]
+    assert [drawn.name for drawn in camera.simulation.measured] == ["item"]
+
+
+WEIGHING = """\
+part: weighing
+parameters: {chance: {}}
+variables: {seen: {domain: [box, none], initial: none}, g: {domain: bool, initial: false}}
+resources:
+  camera: {measures: {seen: any}, simulation: {measured: {seen: {box: chance, none: 1}}, failed: {seen: {none: 1}}}}
+operations:
+  look: {pre: {g: g == true}, post: {g: true}, failed: {g: g == false, a: [g <- true]}}
+"""
+
+
+def test_what_replies_of_a_part_draw_from_has_its_prefix_and_its_arguments(tmp_path: Path) -> None:
+    cell = "behavior_model: cell\nparts:\n  left: {use: weighing.yaml, with: {chance: 3}}\n"
+    model = load_model(written(tmp_path, cell=f"{cell}variables: {{}}\noperations: {{}}\n", weighing=WEIGHING))
+    simulation = model.resources[0].simulation
+    assert simulation.measured == (DrawnVariable("left.seen", ("box", "none"), (Fraction(3), Fraction(1))),)
+    assert simulation.failed == (DrawnVariable("left.seen", ("none",), (Fraction(1),)),)
+    assert [str(model.operations[0].failed)] == ["fail_left.look: left.g == false / true / [left.g <- true] / []"]
 
 
 @pytest.mark.parametrize(

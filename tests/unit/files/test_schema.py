@@ -33,6 +33,7 @@ resources:
       latency: {uniform: [200 ms, 1.5 s]}
       outcomes: {succeed: 0.9, fail: 0.1}
       measured: {scans: [0, 1]}
+      failed: {scans: {0: 0.5, 1: 2}}
 operations:
   scan:
     deadline: 10 seconds
@@ -54,6 +55,9 @@ WRONG: list[tuple[str, str, str]] = [
     ("an unknown key of a variable", "initial: home", "inital: home"),
     ("a variable without a domain", "scans: {domain: 0..5, initial: 0}", "scans: {initial: 0}"),
     ("a domain that is no domain", "domain: bool", "domain: boolean"),
+    ("a negative weight", "{0: 0.5, 1: 2}", "{0: -0.5, 1: 2}"),
+    ("a weight that is no number", "{0: 0.5, 1: 2}", "{0: half, 1: 2}"),
+    ("no weights", "{0: 0.5, 1: 2}", "{}"),
     ("an empty domain", "domain: [home, agv]", "domain: []"),
     ("a domain with a value twice", "domain: [home, agv]", "domain: [home, home]"),
     ("random values that are no list", "random: any", "random: home"),

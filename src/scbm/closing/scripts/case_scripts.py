@@ -39,7 +39,7 @@ from scbm.running import (
     TimePassed,
 )
 from scbm.running.outside_changes import OtherUser, TransitionMaker
-from scbm.running.simulation import PlainReactions
+from scbm.running.simulation import PlainReactions, plainly_measured
 from scbm.running.simulation.rate_watch import RateWatch
 from scbm.running.untimed.situations import MAX_ANSWERS, Happening, HappeningKind
 
@@ -93,6 +93,7 @@ class CaseScripts:
 
     Attributes:
         plain: the default reply of each resource.
+        plainly_failed: what a failed reply of each resource measures by default.
     """
 
     def __init__(self, model: BehaviorModel, program: Program, plans: PlanCache) -> None:
@@ -101,6 +102,7 @@ class CaseScripts:
         self.plans = plans
         plain = PlainReactions()
         self.plain = {resource.name: plain.react(resource) for resource in model.resources}
+        self.plainly_failed = {each.name: plainly_measured(each, Outcome.FAIL) or () for each in model.resources}
 
     def case(self, path: RunPath, name: str, missing: str | None = None) -> Case:
         """Return the case whose runs follow this path, with default behavior after it.
@@ -151,7 +153,7 @@ class _ScriptedRun:
         self._path = path
         self._planner = scripts.plans
         self._plan_limits = PlanLimits.of(scripts.model)
-        self._plain = scripts.plain
+        self._plain, self._plainly_failed = scripts.plain, scripts.plainly_failed
         options = RunnerOptions(_NEVER_NS if ends_ns is None else ends_ns, _AT_ONCE_PLANS)
         self._program = scripts.program
         self._runner = Runner(scripts.program, path.start.values, options)
@@ -303,7 +305,8 @@ class _ScriptedRun:
         if rule.latency_ns == plain.latency_ns:
             rule = replace(rule, latency_ns=None)
         if not happening.succeeded:
-            return replace(rule, outcome=Outcome.FAIL, measured=happening.measured or None)
+            is_plain = happening.measured == self._plainly_failed[plain.resource]
+            return replace(rule, outcome=Outcome.FAIL, measured=None if is_plain else happening.measured)
         if happening.measured != (plain.measured or ()):
             rule = replace(rule, measured=happening.measured)
         return None if rule.latency_ns is None and rule.measured is None else replace(rule, outcome=Outcome.SUCCEED)

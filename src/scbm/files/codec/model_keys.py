@@ -488,9 +488,9 @@ class ModelKeys(Keys):
 MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (VariableKeys, "a variable"),
     (ResourceKeys, "a resource"),
+    (OperationKeys, "an operation"),
     (SimulationKeys, "the `simulation` of a resource"),
     (RosKeys, "`ros` of a resource"),
-    (OperationKeys, "an operation"),
     (TransitionKeys, "a transition"),
     (EnvironmentKeys, "an environment transition"),
     (PlannerKeys, "the planner"),

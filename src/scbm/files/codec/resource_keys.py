@@ -23,10 +23,12 @@ from scbm.files.codec.key_types import (
 from scbm.files.codec.keys import DefaultKey, Key, Keys, KeyType
 from scbm.files.codec.lifted.object_keys import where_key
 from scbm.files.codec.variable_keys import VALUES, read_values
+from scbm.files.expansion.expanded_nodes import text_node
 from scbm.files.spelling import suggestion
+from scbm.files.yaml.yaml_writer import FlowMapping
 from scbm.model import Slug
 from scbm.model.durations import format_duration
-from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
+from scbm.model.resources import DrawnVariable, Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.model.values import format_value
 from scbm.model.variables import Role
 
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
     from scbm.model.values import Value
+    from scbm.model.variables import Variable
 
 _NUMBER = re.compile(r"\+?(\d{1,18}(\.\d{0,18})?|\.\d{1,18})(e[-+]?\d{1,2})?", re.ASCII | re.IGNORECASE)
 _POINTS = {LatencyShape.FIXED: 1, LatencyShape.EXPONENTIAL: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}
@@ -182,6 +185,50 @@ class OutcomesKeys(Keys):
 # variables with values
 
 
+def _read_weight(reader: ValueReader, node: YamlNode, text: str) -> Fraction | None:
+    if _NUMBER.fullmatch(text):
+        return Fraction(text)
+    remedy = "write a finite number from 0 on, such as `0.8`"
+    reader.add(Slug.NOT_A_DISTRIBUTION, f"`{text}` is not a weight", node.place, remedy)
+    return None
+
+
+def _weight_data(weight: Fraction) -> int | float:
+    return int(weight) if weight.denominator == 1 else float(weight)
+
+
+_WEIGHTS = NamesType(
+    ScalarType("weight", "a weight", {"type": "number", "minimum": 0}, _read_weight, _weight_data), "value → weight"
+)
+
+
+class DrawnType(KeyType["YamlNode | None"]):
+    """The values of a variable that replies draw from, or a mapping from values to weights."""
+
+    words = "`any`, a list of values, or value → weight"
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Check the values or the weights."""
+        (_WEIGHTS if isinstance(spot.node.plain, dict) else VALUES).check(spot, check)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> YamlNode | None:
+        """Return the node: what it means depends on the variable."""
+        return node if isinstance(node.plain, dict) else VALUES.read(node, reader)
+
+    def write(self, value: object) -> Data:
+        """Return the list or the mapping."""
+        drawn: Any = value
+        pairs = zip(drawn.values, drawn.weights, strict=True) if drawn.weights else ()
+        return FlowMapping(_WEIGHTS.write(pairs)) if drawn.weights else list(drawn.values)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the schema of both."""
+        return {"anyOf": [VALUES.schema(definitions), {**_WEIGHTS.schema(definitions), "minProperties": 1}]}
+
+
+DRAWN = NamesType(DrawnType(), f"variable → {DrawnType.words}")
+
+
 class SentVariables(NamedTuple):
     """The variables that a resource sends, under one key.
 
@@ -265,10 +312,20 @@ class SimulationKeys(Keys):
         absent="`{succeed: 1}`",
     )
     measured = DefaultKey(
-        NamesType(VALUES, "variable → `any` or a list of values"),
-        "For variables under `measures`: the values that a successful reply draws from, each equally probable.",
+        DRAWN,
+        "For variables under `measures`: the values that successful replies draw from. Without weights, all "
+        "are equally likely.",
         default=(),
         absent="the values listed under `measures`",
+        source=lambda simulation: {drawn.name: drawn for drawn in simulation.measured},
+    )
+    failed = DefaultKey(
+        DRAWN,
+        "The same for failed replies, such as the cause of the failure. Successful replies do not carry such a "
+        "variable, unless it stands under `measured`, too.",
+        default=(),
+        absent="nothing",
+        source=lambda simulation: {drawn.name: drawn for drawn in simulation.failed},
     )
 
     def simulation(self, measures: tuple[str, ...], sent: SentVariables) -> Simulation:
@@ -276,25 +333,48 @@ class SimulationKeys(Keys):
         return Simulation(
             _DEFAULT.latency if self.latency is None else self.latency.latency(),
             _DEFAULT.outcomes if self.outcomes is None else self.outcomes.outcomes(),
-            tuple(self._measured(measures, dict(sent.values))),
+            *(tuple(self._drawn(entries, measures, dict(sent.values))) for entries in (self.measured, self.failed)),
         )
 
-    def _measured(
-        self, measures: tuple[str, ...], sent: dict[str, tuple[Value, ...]]
-    ) -> list[tuple[str, tuple[Value, ...]]]:
-        drawn: list[tuple[str, tuple[Value, ...]]] = []
-        for entry in self.measured:
+    def _drawn(
+        self,
+        entries: tuple[Entry[YamlNode | None], ...],
+        measures: tuple[str, ...],
+        sent: dict[str, tuple[Value, ...]],
+    ) -> Iterator[DrawnVariable]:
+        """Yield what replies with one outcome measure."""
+        for entry in entries:
             variable = self.reader.scope.variables.get(entry.name)
             if entry.name not in measures:
                 message = f"this resource does not measure `{entry.name}`"
                 remedy = suggestion(entry.name, measures, "it measures")
                 remedy = remedy or f"add `measures: [{entry.name}]` to the resource"
                 self.reader.add(Slug.UNKNOWN_VARIABLE, message, entry.place, remedy)
-            elif variable is not None:
-                node = entry.value
-                values = () if node is None else read_values(self.reader, node, variable.domain, entry.name)
-                drawn.append((entry.name, self._refuse_unsent(entry, values, sent.get(entry.name))))
-        return drawn
+            elif variable is not None and entry.value is not None:
+                values, weights = self._values(entry.value, variable)
+                yield DrawnVariable(entry.name, self._refuse_unsent(entry, values, sent.get(entry.name)), weights)
+
+    def _values(self, node: YamlNode, variable: Variable) -> tuple[tuple[Value, ...], tuple[Fraction, ...]]:
+        """Return the values that a list, `any` or a mapping names, with their weights if there are some."""
+        if not isinstance(node.plain, dict):
+            return read_values(self.reader, node, variable.domain, variable.name), ()
+        read: list[tuple[Value, Fraction]] = []
+        entries = _WEIGHTS.read(node, self.reader)
+        for entry in entries:
+            key = text_node(entry.name, entry.place, entry.node.end)
+            key.plain = entry.name if key.plain is None else key.plain
+            value = self.reader.value(key, variable.domain, variable.name, variable.domain.values)
+            if value is not None and value in dict(read):
+                self.reader.add(Slug.DUPLICATE_VALUE, f"`{format_value(value)}` has two weights", entry.place)
+            elif value is not None and entry.value is not None:
+                read.append((value, entry.value))
+        if not entries and not node.incomplete:
+            self.reader.add(Slug.EMPTY_DOMAIN, "a mapping of weights needs at least one value", node.place)
+        elif len(read) == len(entries) and not any(weight for _, weight in read):
+            message = f"the weights of `{variable.name}` are all 0, so no value could be drawn"
+            self.reader.add(Slug.NOT_A_DISTRIBUTION, message, node.place, "give at least one value a weight above 0")
+            read.clear()
+        return tuple(value for value, _ in read), tuple(weight for _, weight in read)
 
     def _refuse_unsent(
         self, entry: Entry[YamlNode | None], values: tuple[Value, ...], sent: tuple[Value, ...] | None

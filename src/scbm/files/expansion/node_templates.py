@@ -29,7 +29,7 @@ from scbm.files.expansion.formulas import (
 )
 from scbm.files.expansion.lifted_parser import LiftedParser
 from scbm.files.expansion.lifted_tokens import text_of
-from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE
+from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE, DRAWN_KEYS
 from scbm.files.language.syntax import MAX_CHARACTERS
 from scbm.files.spelling import suggestion
 from scbm.files.yaml.document import YamlNode
@@ -44,17 +44,20 @@ if TYPE_CHECKING:
     from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import Place
 
-NodeKind: TypeAlias = Literal["predicate", "requirement", "actions", "names", "assignments", "term", "text", "binding"]
+NodeKind: TypeAlias = Literal[
+    "predicate", "requirement", "actions", "names", "assignments", "term", "text", "binding", "simulation", "copy"
+]
 """The kind of text under a key, which says how it is parsed."""
 
 KINDS: dict[str, NodeKind] = {
     **dict.fromkeys(("g", "gr", "guard", "goal"), "predicate"),
     **dict.fromkeys(("a", "ar", "timedout", "actions", "effects", "on_timeout"), "actions"),
-    **dict.fromkeys(("request", "measures", "publishes", "measured"), "names"),
+    **dict.fromkeys(("request", "measures", "publishes"), "names"),
     **dict.fromkeys(("name", "reason"), "text"),
     **dict.fromkeys(("initial", "random"), "term"),
     "with": "assignments",
     "ros": "binding",
+    "simulation": "simulation",
     "requirement": "requirement",
 }
 """The keys whose texts can have parameters, wherever they stand in an entry; all others are copied."""
@@ -434,7 +437,7 @@ class TemplateMaker:
 
     def template(self, node: YamlNode, kind: NodeKind | None = None) -> NodeTemplate:
         """Return the template of a node under a key of this kind; `None` for a mapping with keys of several kinds."""
-        if node.condemned:
+        if node.condemned or kind == "copy" or (kind == "simulation" and not isinstance(node.plain, dict)):
             return CopyTemplate(node)
         if kind == "binding":
             return self._binding(node, "binding")
@@ -468,7 +471,9 @@ class TemplateMaker:
             case "assignments":
                 return "term"
             case "names":
-                return None
+                return "copy"
+            case "simulation":
+                return "names" if key in DRAWN_KEYS else "copy"
             case _:
                 return KINDS.get(key)
 

@@ -16,7 +16,7 @@ from scbm.files.expansion.expanded_nodes import (
     scalar_node,
     with_entries,
 )
-from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE
+from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE, DRAWN_KEYS
 from scbm.files.expansion.static_facts import QUANTIFIERS
 from scbm.files.language.scope import name_fault, reserved_names
 from scbm.files.yaml.document import YamlNode
@@ -44,7 +44,7 @@ _TEXT_SECTIONS = ("goals", "requirements")
 """Sections whose entries are texts with names."""
 
 _TEXT_KEYS = (
-    *("where", "request", "measures", "publishes", "measured", "with", "guard", "effects", "on_timeout"),
+    *("where", "request", "measures", "publishes", "with", "guard", "effects", "on_timeout"),
     *("g", "gr", "a", "ar", "timedout", "actions", "goal"),
 )
 """Keys under which names stand, as texts or as keys; under all others are values, times and words."""
@@ -267,6 +267,12 @@ class PartCopy:
         key = self._key(entry) if has_names else entry.key
         if key is None:
             return None
+        if entry.key == "simulation" and isinstance(entry.node.plain, dict) and not has_names:
+            drawn = (
+                each._replace(node=self._copied(each.node, has_names=each.key in DRAWN_KEYS))
+                for each in entries_of(entry.node)
+            )
+            return entry._replace(node=self._mapping(entry.node, drawn))
         if entry.key == "ros" and not has_names:
             return entry._replace(node=self._bound(entry.node, "binding"))
         if entry.key == "name" and entry.node.scalar is not None and entry.node.text and not has_names:

@@ -29,6 +29,9 @@ SHARED_SECTIONS = ("types", "tables")
 REQUIREMENT_KEYS = ("requirement", "where")
 """The keys of a requirement that is written as a mapping, for parameters with a condition."""
 
+DRAWN_KEYS = ("measured", "failed")
+"""The keys of a simulation whose own keys are variables."""
+
 BINDING_PARTS: dict[str, dict[str, str]] = {
     "binding": {"service": "call", "services": "choice", "measured": "readings"},
     "call": {"request": "fields", "measured": "readings"},

@@ -220,7 +220,7 @@ class _RequestQueue:
         self._resource = resource
         self._run: str | None = None
         self._early: dict[Correlation, int] = {}
-        self._state = _RequestProgress(SimulatedResource(resource.name))
+        self._state = _RequestProgress(SimulatedResource.of(resource))
         self._unheard: list[str] = []
         self._replies = bus.publisher(topics.reply(resource.name), self._matched)
         self._topic = topics.request(resource.name).name
@@ -233,7 +233,7 @@ class _RequestQueue:
 
     def begin(self, run: str | None) -> None:
         """Reset the state for a run, and keep requests of that run that came early."""
-        self._state = _RequestProgress(SimulatedResource(self._resource.name))
+        self._state = _RequestProgress(SimulatedResource.of(self._resource))
         self._run = run
         self._unheard.clear()
         early, self._early = self._early, {}

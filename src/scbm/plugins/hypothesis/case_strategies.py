@@ -43,7 +43,7 @@ from scbm.model import (
     State,
 )
 from scbm.model.variables import CURRENT_NAME
-from scbm.running.simulation import typical_ns
+from scbm.running.simulation import drawn_variables, typical_ns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -290,13 +290,14 @@ def _numbered(rules: Sequence[OutcomeRule]) -> tuple[OutcomeRule, ...]:
 def _rule(resource: Resource) -> SearchStrategy[OutcomeRule]:
     """Return the rule of one request; `None` for a default success."""
     latencies = st.none() | _latencies(resource.simulation.latency)
-    measured = st.none() | _measured(resource) if resource.simulation.measured else st.none()
+    measured = {None: _measured(resource, Outcome.SUCCEED), Outcome.FAIL: _measured(resource, Outcome.FAIL)}
 
     @st.composite
     def rule(draw: DrawFn) -> OutcomeRule:
         outcome = draw(st.sampled_from((None, Outcome.FAIL, Outcome.TIMEOUT)))
-        latency_ns = None if outcome is Outcome.TIMEOUT else draw(latencies)
-        return OutcomeRule(resource.name, 1, 1, outcome, latency_ns, draw(measured) if outcome is None else None)
+        if outcome is Outcome.TIMEOUT:
+            return OutcomeRule(resource.name, 1, 1, outcome)
+        return OutcomeRule(resource.name, 1, 1, outcome, draw(latencies), draw(measured[outcome]))
 
     return rule()
 
@@ -309,11 +310,12 @@ def _latencies(latency: Latency) -> SearchStrategy[int]:
     return st.just(typical_ns(latency)) | between
 
 
-def _measured(resource: Resource) -> SearchStrategy[Changes]:
-    """Draw a value for each measured variable of the resource, among its declared values."""
-    listed = resource.simulation.measured
-    values: list[SearchStrategy[tuple[str, Value]]] = [_named(name, choices) for name, choices in listed]
-    return st.tuples(*values)
+def _measured(resource: Resource, outcome: Outcome) -> SearchStrategy[Changes | None]:
+    """Draw a value for each variable that a reply measures, whatever the weights; or nothing, for the plain values."""
+    values: list[SearchStrategy[tuple[str, Value]]] = [
+        _named(drawn.name, drawn.values) for drawn in drawn_variables(resource, outcome)
+    ]
+    return st.none() | st.tuples(*values) if values else st.none()
 
 
 def _named(name: str, values: Sequence[Value]) -> SearchStrategy[tuple[str, Value]]:

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from scbm.running.simulation.default_reactions import DrawnReactions, PlainReactions, typical_ns
+    from scbm.running.simulation.default_reactions import (
+        DrawnReactions,
+        PlainReactions,
+        drawn_variables,
+        plainly_measured,
+        typical_ns,
+    )
     from scbm.running.simulation.environment_moves import DrawnMoves, RecordedMoves
     from scbm.running.simulation.free_choices import Choices, MessageKind, Reactions, leave_nothing_open
     from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError, UnplannedError
@@ -25,14 +31,16 @@ __all__ = [
     "Simulator",
     "TooLongError",
     "UnplannedError",
+    "drawn_variables",
     "leave_nothing_open",
+    "plainly_measured",
     "typical_ns",
 ]
 
 __getattr__ = lazy_exports(
     __name__,
     {
-        "default_reactions": "DrawnReactions PlainReactions typical_ns",
+        "default_reactions": "DrawnReactions PlainReactions drawn_variables plainly_measured typical_ns",
         "environment_moves": "DrawnMoves RecordedMoves",
         "free_choices": "Choices MessageKind Reactions leave_nothing_open",
         "simulator": "Simulated Simulator TooLongError UnplannedError",

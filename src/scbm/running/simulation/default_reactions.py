@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING, TypeVar, assert_never
 
 from scbm.cases import Reaction
-from scbm.model import LatencyShape, Outcome
+from scbm.model import DrawnVariable, LatencyShape, Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from random import Random
 
     from scbm.cases.trace import Changes
     from scbm.model import Latency, Resource, Value
+
+_T = TypeVar("_T")
 
 _MICROSECOND_NS = 1_000
 _WIDE_NS = 1_000_000
@@ -29,18 +32,25 @@ class PlainReactions:
         return Reaction(resource.name, Outcome.SUCCEED, latency_ns, plainly_measured(resource))
 
 
-def plainly_measured(resource: Resource) -> Changes | None:
+def plainly_measured(resource: Resource, outcome: Outcome = Outcome.SUCCEED) -> Changes | None:
     """Return the first of the values listed for each variable; `None` if there are none."""
-    return tuple((name, values[0]) for name, values in drawn_values(resource)) or None
+    return tuple((each.name, each.plain) for each in drawn_variables(resource, outcome)) or None
 
 
-def drawn_values(resource: Resource) -> tuple[tuple[str, tuple[Value, ...]], ...]:
-    """Return the values that a successful reply draws from: those listed for drawing, else those that it sends."""
-    drawn = resource.simulation.measured
+def drawn_variables(resource: Resource, outcome: Outcome = Outcome.SUCCEED) -> tuple[DrawnVariable, ...]:
+    """Return what a reply with an outcome measures.
+
+    A successful one draws from the values listed for drawing, else from those that the resource sends. A variable that
+    only failed replies draw is not among these.
+    """
+    simulation = resource.simulation
+    if outcome is not Outcome.SUCCEED:
+        return simulation.failed if outcome is Outcome.FAIL else ()
     if not resource.values:
-        return drawn
-    listed = dict(drawn)
-    return (*drawn, *((n, values) for n, values in resource.values if n in resource.measures and n not in listed))
+        return simulation.measured
+    known = {each.name for each in (*simulation.measured, *simulation.failed)}
+    sent = ((name, values) for name, values in resource.values if name in resource.measures and name not in known)
+    return (*simulation.measured, *(DrawnVariable(name, values) for name, values in sent))
 
 
 def typical_ns(latency: Latency) -> int:
@@ -67,25 +77,24 @@ class DrawnReactions:
         self._random = random
 
     def react(self, resource: Resource) -> Reaction:
-        """Draw an outcome, a latency, and for a success the measured values, in this order."""
-        outcome = self._outcome(resource)
+        """Draw an outcome, a latency, and the measured values, in this order."""
+        outcome = self._one_of(resource.simulation.cumulative)
         latency_ns = draw_time_ns(resource.simulation.latency, self._random)
-        measured: Changes | None = None
-        if outcome is Outcome.SUCCEED:
-            drawn = drawn_values(resource)
-            measured = tuple((name, values[self._below(len(values))]) for name, values in drawn) if drawn else None
-        return Reaction(resource.name, outcome, latency_ns, measured)
+        measured = tuple((each.name, self._value(each)) for each in drawn_variables(resource, outcome))
+        return Reaction(resource.name, outcome, latency_ns, measured or None)
 
-    def _outcome(self, resource: Resource) -> Outcome:
+    def _value(self, variable: DrawnVariable) -> Value:
+        if variable.weights:
+            return self._one_of(variable.cumulative)
+        return variable.values[int(self._random.random() * len(variable.values))]
+
+    def _one_of(self, possible: Sequence[tuple[_T, float]]) -> _T:
+        """Draw by the sums of probabilities."""
         drawn = self._random.random()
-        possible = resource.simulation.cumulative
-        for outcome, reached in possible:
+        for one, reached in possible:
             if drawn < reached:
-                return outcome
+                return one
         return possible[-1][0]
-
-    def _below(self, count: int) -> int:
-        return int(self._random.random() * count)
 
 
 def draw_time_ns(latency: Latency, random: Random) -> int:

@@ -234,10 +234,10 @@ def _follow(reaction: Reaction, rule: OutcomeRule, resource: Resource) -> Reacti
     measured = reaction.measured if rule.measured is None else rule.measured
     if outcome is Outcome.TIMEOUT:
         measured = None
-    elif outcome is Outcome.FAIL:  # only a rule that makes it fail says what it measures then
-        measured = reaction.measured if rule.outcome is None else rule.measured
-    elif rule.measured is None and reaction.outcome is not Outcome.SUCCEED:
-        measured = plainly_measured(resource)
+    elif outcome is Outcome.FAIL and rule.outcome is None:  # only a rule that makes it fail says what it measures then
+        measured = reaction.measured
+    elif rule.measured is None and reaction.outcome is not outcome:
+        measured = plainly_measured(resource, outcome)
     return Reaction(
         reaction.resource,
         outcome,

@@ -7,27 +7,24 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Condition, Intake
 from scbm.model import Outcome
+from scbm.running.simulation.default_reactions import plainly_measured
 
 if TYPE_CHECKING:
     from scbm.cases import Reaction
     from scbm.cases.trace import Changes
+    from scbm.model import Resource
 
 _WELL = Condition()
 
 
 @dataclass(slots=True)
 class Job:
-    """One copy of a request that arrived, with the reaction to it and whether it will succeed."""
+    """One copy of a request that arrived, with the reaction to it, the kind of the reply, and the values in it."""
 
     request: int
     reaction: Reaction
     succeeds: bool = True
-
-    @property
-    def measured(self) -> Changes:
-        """The values that the reply carries; none if the condition of the resource makes the request fail."""
-        is_as_decided = self.succeeds == (self.reaction.outcome is Outcome.SUCCEED)
-        return self.reaction.measured or () if is_as_decided else ()
+    measured: Changes = ()
 
 
 @dataclass(slots=True)
@@ -38,13 +35,20 @@ class SimulatedResource:
         name: its name.
         condition: its condition.
         downs: how many restarts have begun and not ended.
+        fails_with: the values that the reply carries if the condition makes a request fail.
     """
 
     name: str
     condition: Condition = _WELL
     downs: int = 0
+    fails_with: Changes = ()
     _jobs: list[Job] = field(default_factory=list)
     _waiting: list[Job] = field(default_factory=list)
+
+    @staticmethod
+    def of(resource: Resource) -> SimulatedResource:
+        """Return a resource without jobs."""
+        return SimulatedResource(resource.name, fails_with=plainly_measured(resource, Outcome.FAIL) or ())
 
     @property
     def is_down(self) -> bool:
@@ -67,6 +71,8 @@ class SimulatedResource:
         if outcome is Outcome.TIMEOUT:
             return None
         job.succeeds = outcome is Outcome.SUCCEED
+        fails_with = self.fails_with if outcome is Outcome.FAIL else ()
+        job.measured = (reaction.measured or ()) if outcome is reaction.outcome else fails_with
         self._jobs.append(job)
         return job, kind.time(reaction.latency_ns, self.condition.factor)
 

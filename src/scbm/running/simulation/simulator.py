@@ -214,7 +214,7 @@ class _SimulationRun:
         self._is_waiting = False
         self._order = count()
         self._heap: list[tuple[int, int, _Occurrence]] = []
-        self._resources = {name: SimulatedResource(name) for name in simulator.resources}
+        self._resources = {name: SimulatedResource.of(resource) for name, resource in simulator.resources.items()}
         self._operation: str | None = None
         self._records: list[Record] = []
         self._now_ns = 0

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from scbm.cases import AT_ONCE, LOST, Network, OutcomeRule, Partition, Reaction
-from scbm.model import Latency, LatencyShape, Outcome, Resource, Simulation
+from scbm.model import DrawnVariable, Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.running.simulation import Choices, MessageKind, PlainReactions, leave_nothing_open
 from scbm.running.simulation.free_choices import DrawnChance
 from support.wording import Wording
@@ -16,7 +16,9 @@ from support.wording import Wording
 MS = 1_000_000
 SCAN = Resource("scan", simulation=Simulation(Latency(LatencyShape.FIXED, (5,))))
 ROBOT = Resource("robot", simulation=Simulation(Latency(LatencyShape.FIXED, (7,))))
-CAMERA = Resource("camera", measures=("light",), simulation=Simulation(measured=(("light", ("red", "green")),)))
+CAMERA = Resource(
+    "camera", measures=("light",), simulation=Simulation(measured=(DrawnVariable("light", ("red", "green")),))
+)
 
 
 def _choices(*forced: OutcomeRule, network: Network | None = None) -> Choices:

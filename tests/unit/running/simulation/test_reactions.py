@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from scbm.cases import Reaction
-from scbm.model import Latency, LatencyShape, Outcome, Resource, Simulation
+from scbm.model import DrawnVariable, Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.running.simulation import DrawnReactions, PlainReactions
 
 MS = 1_000_000
@@ -68,7 +68,7 @@ def test_an_outcome_without_probability_never_comes() -> None:
 
 def test_only_a_success_carries_measured_values() -> None:
     outcomes = ((Outcome.SUCCEED, Fraction(1, 2)), (Outcome.FAIL, Fraction(1, 2)))
-    simulation = Simulation(Latency(LatencyShape.FIXED, (0,)), outcomes, (("light", ("red", "green")),))
+    simulation = Simulation(Latency(LatencyShape.FIXED, (0,)), outcomes, (DrawnVariable("light", ("red", "green")),))
     drawn = _draw(Resource("scan", measures=("light",), simulation=simulation), 200)
     assert all(bool(reaction.measured) == (reaction.outcome is Outcome.SUCCEED) for reaction in drawn)
     assert {reaction.measured for reaction in drawn} == {None, (("light", "red"),), (("light", "green"),)}
@@ -83,7 +83,7 @@ def test_only_a_success_carries_measured_values() -> None:
     ],
 )
 def test_a_plain_reaction_is_a_success_after_the_typical_latency(latency: Latency, typical_ms: int) -> None:
-    simulation = Simulation(latency, ((Outcome.FAIL, Fraction(1)),), (("light", ("red", "green")),))
+    simulation = Simulation(latency, ((Outcome.FAIL, Fraction(1)),), (DrawnVariable("light", ("red", "green")),))
     resource = Resource("scan", measures=("light",), simulation=simulation)
     expected = Reaction("scan", Outcome.SUCCEED, typical_ms * MS, (("light", "red"),))
     assert PlainReactions().react(resource) == expected
