@@ -20,7 +20,7 @@ import pytest
 _E = TypeVar("_E", bound=BaseException)
 
 _HEAD = re.compile(r"^== (.*)$", re.MULTILINE)
-_DIAGNOSTIC = re.compile(r"^(\S.*?: (?:error|warning)\[[a-z-]+\]): ", re.MULTILINE)
+_DIAGNOSTIC = re.compile(r"^(\S.*?: (?:error|warning|note)\[[a-z-]+\]): ", re.MULTILINE)
 _MAX_HEAD = 120
 """Maximum number of characters of a head; parameters of tests can be whole files."""
 

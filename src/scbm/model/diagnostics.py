@@ -19,10 +19,11 @@ _EXCERPT_WIDTH = 100
 
 
 class Severity(StrEnum):
-    """The severity of a diagnostic: an error ends the command, a warning does not."""
+    """The severity of a diagnostic: an error ends the command, a warning does not, and a note is no doubt at all."""
 
     ERROR = "error"
     WARNING = "warning"
+    NOTE = "note"
 
 
 @dataclass(frozen=True, slots=True, order=True)

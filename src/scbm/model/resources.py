@@ -72,9 +72,9 @@ class DrawnVariable:
         object.__setattr__(self, "cumulative", _cumulative(pairs))
 
     @property
-    def plain(self) -> Value:
-        """The value that a plain reply measures: the first one that can be drawn."""
-        return self.cumulative[0][0] if self.weights else self.values[0]
+    def possible(self) -> tuple[Value, ...]:
+        """The values that can be drawn; a plain reply measures the first."""
+        return tuple(value for value, _ in self.cumulative) if self.weights else self.values
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +137,21 @@ class Resource:
             if name == variable.name:
                 return tuple(sorted(values, key=variable.domain.index))
         return variable.domain.values
+
+    def drawn(self, outcome: Outcome) -> tuple[DrawnVariable, ...]:
+        """Return what simulated replies with an outcome measure.
+
+        Successful ones draw from the values listed for drawing, else from those that the resource sends. A variable
+        that only failed replies draw is not among these.
+        """
+        simulation = self.simulation
+        if outcome is not Outcome.SUCCEED:
+            return simulation.failed if outcome is Outcome.FAIL else ()
+        if not self.values:
+            return simulation.measured
+        known = {each.name for each in (*simulation.measured, *simulation.failed)}
+        sent = ((name, values) for name, values in self.values if name in self.measures and name not in known)
+        return (*simulation.measured, *(DrawnVariable(name, values) for name, values in sent))
 
     @property
     def trigger(self) -> str:

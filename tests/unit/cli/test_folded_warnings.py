@@ -126,3 +126,28 @@ def test_check_counts_the_warnings_of_a_model_once(scbm: Scbm, tmp_path: Path) -
     lines = scbm("check", str(tmp_path / "many.yaml")).out.splitlines()
     heads = sum(" warning[" in line for line in lines)
     assert [line for line in lines if line.endswith(" warnings")] == [f"{tmp_path / 'many.yaml'}: {heads} warnings"]
+
+
+def test_a_note_about_all_instances_is_one_and_is_no_warning(scbm: Scbm, wording: Wording) -> None:
+    objects = Path(__file__).parents[2] / "models" / "valid" / "objects.yaml"
+    ran = scbm("check", objects)
+    assert [head for head in diagnostic_heads(ran.out) if "note[" in head] == [
+        f"{objects}:15:5: note[reply-never-carries]"
+    ]
+    wording(ran.out.replace(str(objects), objects.name))
+    (report,) = json.loads(scbm("check", objects, "--json").out)["models"]
+    assert [(note["slug"], note["origin"]) for note in report["notes"]] == [("reply-never-carries", "drive")] * 2
+    assert "reply-never-carries" not in [warning["slug"] for warning in report["warnings"]]
+
+
+def test_strict_does_not_fail_for_notes(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "sure.yaml"
+    path.write_text(
+        "behavior_model: sure\nvariables: {seen: {domain: bool, initial: false}}\n"
+        "resources: {camera: {measures: [seen]}}\n"
+        "operations: {look: {request: camera, deadline: 5 s, guard: seen == false, effects: [seen <- true]}}\n"
+        "goals: {seen: seen == true}\n",
+        encoding="utf-8",
+    )
+    ran = scbm("check", path, "--strict")
+    assert (ran.code, f"{path}: 1 note\n" in ran.out) == (0, True)

@@ -40,7 +40,7 @@ _DEFAULT_COLUMNS, _MIN_COLUMNS, _MAX_COLUMNS = 80, 40, 120
 _MINUTE_S = 60.0
 """The time between two lines about an activity, where no terminal shows it."""
 
-_STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
+_STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.NOTE: "bold cyan"}
 
 
 class _PlainConsole(Console):
@@ -199,11 +199,9 @@ def write_json(data: dict[str, Any]) -> None:
 
 
 def count_of(diagnostics: Sequence[Diagnostic]) -> str:
-    """Return the numbers of errors and warnings in words."""
-    errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
-    warnings = len(diagnostics) - errors
-    parts = [counted(number, name) for number, name in ((errors, "error"), (warnings, "warning")) if number]
-    return ", ".join(parts)
+    """Return the numbers of errors, warnings and notes in words."""
+    numbers = ((sum(each.severity is severity for each in diagnostics), severity) for severity in Severity)
+    return ", ".join(counted(number, severity.value) for number, severity in numbers if number)
 
 
 def _coloured(diagnostic: Diagnostic) -> Text:

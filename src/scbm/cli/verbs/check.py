@@ -91,10 +91,8 @@ def _check(
     return {
         "file": str(path),
         "errors": [],
-        "warnings": [
-            *map(_json, places.warnings),
-            *(_json(_warning(doubt, places)) | _origin(doubt, places) for doubt in doubts),
-        ],
+        "warnings": [*map(_json, places.warnings), *_listed(doubts, places, Severity.WARNING)],
+        "notes": _listed(doubts, places, Severity.NOTE),
         "model": model.name,
         "initial_states": checked.initial_states,
         "reachable": checked.reachable,
@@ -127,7 +125,12 @@ def _warning(doubt: Doubt, places: Places) -> Diagnostic:
     instance, remedy = places.instance(doubt.path), doubt.remedy
     if instance is not None and remedy is not None:
         remedy = places.in_entry(remedy, instance)
-    return Diagnostic(doubt.slug, doubt.message, place, remedy, line, Severity.WARNING)
+    return Diagnostic(doubt.slug, doubt.message, place, remedy, line, doubt.severity)
+
+
+def _listed(doubts: Sequence[Doubt], places: Places, severity: Severity) -> list[dict[str, Any]]:
+    kept = (doubt for doubt in doubts if doubt.severity is severity)
+    return [_json(_warning(doubt, places)) | _origin(doubt, places) for doubt in kept]
 
 
 def _origin(doubt: Doubt, places: Places) -> dict[str, str]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.model import Always, And, Assign, Constant, Never, Not, Or, Outcome, Slug, Truth, format_value
+from scbm.model import Always, And, Assign, Constant, Never, Not, Or, Outcome, Severity, Slug, Truth, format_value
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import unassigned, undeclared
 
@@ -29,12 +29,14 @@ class Doubt:
         message: one sentence.
         path: the keys that lead to the part of the model file, and the positions in lists.
         remedy: what to inspect or to change.
+        severity: a warning, or a note about what is right and might surprise.
     """
 
     slug: Slug
     message: str
     path: tuple[int | str, ...]
     remedy: str | None = None
+    severity: Severity = Severity.WARNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +197,7 @@ def _watched(model: BehaviorModel) -> frozenset[str]:
 
 def doubts_about_variables(model: BehaviorModel) -> Iterator[Doubt]:
     """Yield doubts about variables that nothing reads, about their sources, and about forbidden nominal values."""
-    used = frozenset(_used(model))
+    used = variables_in_use(model)
     for variable in model.variables:
         if variable.name not in used:
             message = f"nothing reads {variable.name}, and no request carries it"
@@ -227,6 +229,11 @@ def doubts_about_waivers(model: BehaviorModel, today: str) -> Iterator[Doubt]:
         elif waiver.date > today:
             message = f"the waiver of {waiver.obligation} is of {waiver.date}, which is after today, {today}"
             yield Doubt(Slug.WAIVER_DATE, message, ("waivers", number, "date"), "write the day of the decision")
+
+
+def variables_in_use(model: BehaviorModel) -> frozenset[str]:
+    """Return the variables that a part of a model reads, or that a request carries."""
+    return frozenset(_used(model))
 
 
 def _used(model: BehaviorModel) -> Iterator[str]:

@@ -17,6 +17,7 @@ from scbm.closing.advice.doubts import (
 )
 from scbm.closing.advice.handshake_doubts import doubts_about_handshakes
 from scbm.closing.advice.plan_doubts import CheckLimits, doubts_about_livelocks, doubts_about_plans, explore_model
+from scbm.closing.advice.reply_doubts import doubts_about_replies
 from scbm.closing.advice.request_doubts import doubts_about_requests
 from scbm.planning import explore
 
@@ -77,7 +78,8 @@ def check_model(
             found(result)
 
     guards = tuple(doubts_about_guards(model))
-    resources = chain(doubts_about_resources(model), doubts_about_requests(model), doubts_about_handshakes(model))
+    requests = chain(doubts_about_requests(model), doubts_about_handshakes(model))
+    resources = chain(doubts_about_resources(model), doubts_about_replies(model), requests)
     waivers = () if today is None else doubts_about_waivers(model, today)
     texts = chain(waivers, doubts_about_variables(model), resources, guards, doubts_about_requirements(model))
     for doubt in texts:

@@ -43,7 +43,7 @@ from scbm.model import (
     State,
 )
 from scbm.model.variables import CURRENT_NAME
-from scbm.running.simulation import drawn_variables, typical_ns
+from scbm.running.simulation import typical_ns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -313,7 +313,7 @@ def _latencies(latency: Latency) -> SearchStrategy[int]:
 def _measured(resource: Resource, outcome: Outcome) -> SearchStrategy[Changes | None]:
     """Draw a value for each variable that a reply measures, whatever the weights; or nothing, for the plain values."""
     values: list[SearchStrategy[tuple[str, Value]]] = [
-        _named(drawn.name, drawn.values) for drawn in drawn_variables(resource, outcome)
+        _named(drawn.name, drawn.values) for drawn in resource.drawn(outcome)
     ]
     return st.none() | st.tuples(*values) if values else st.none()
 

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from scbm.running.simulation.default_reactions import (
         DrawnReactions,
         PlainReactions,
-        drawn_variables,
         plainly_measured,
         typical_ns,
     )
@@ -31,7 +30,6 @@ __all__ = [
     "Simulator",
     "TooLongError",
     "UnplannedError",
-    "drawn_variables",
     "leave_nothing_open",
     "plainly_measured",
     "typical_ns",
@@ -40,7 +38,7 @@ __all__ = [
 __getattr__ = lazy_exports(
     __name__,
     {
-        "default_reactions": "DrawnReactions PlainReactions drawn_variables plainly_measured typical_ns",
+        "default_reactions": "DrawnReactions PlainReactions plainly_measured typical_ns",
         "environment_moves": "DrawnMoves RecordedMoves",
         "free_choices": "Choices MessageKind Reactions leave_nothing_open",
         "simulator": "Simulated Simulator TooLongError UnplannedError",

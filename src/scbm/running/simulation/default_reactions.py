@@ -6,14 +6,14 @@ import math
 from typing import TYPE_CHECKING, TypeVar, assert_never
 
 from scbm.cases import Reaction
-from scbm.model import DrawnVariable, LatencyShape, Outcome
+from scbm.model import LatencyShape, Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from random import Random
 
     from scbm.cases.trace import Changes
-    from scbm.model import Latency, Resource, Value
+    from scbm.model import DrawnVariable, Latency, Resource, Value
 
 _T = TypeVar("_T")
 
@@ -34,23 +34,7 @@ class PlainReactions:
 
 def plainly_measured(resource: Resource, outcome: Outcome = Outcome.SUCCEED) -> Changes | None:
     """Return the first of the values listed for each variable; `None` if there are none."""
-    return tuple((each.name, each.plain) for each in drawn_variables(resource, outcome)) or None
-
-
-def drawn_variables(resource: Resource, outcome: Outcome = Outcome.SUCCEED) -> tuple[DrawnVariable, ...]:
-    """Return what a reply with an outcome measures.
-
-    A successful one draws from the values listed for drawing, else from those that the resource sends. A variable that
-    only failed replies draw is not among these.
-    """
-    simulation = resource.simulation
-    if outcome is not Outcome.SUCCEED:
-        return simulation.failed if outcome is Outcome.FAIL else ()
-    if not resource.values:
-        return simulation.measured
-    known = {each.name for each in (*simulation.measured, *simulation.failed)}
-    sent = ((name, values) for name, values in resource.values if name in resource.measures and name not in known)
-    return (*simulation.measured, *(DrawnVariable(name, values) for name, values in sent))
+    return tuple((each.name, each.possible[0]) for each in resource.drawn(outcome)) or None
 
 
 def typical_ns(latency: Latency) -> int:
@@ -80,7 +64,7 @@ class DrawnReactions:
         """Draw an outcome, a latency, and the measured values, in this order."""
         outcome = self._one_of(resource.simulation.cumulative)
         latency_ns = draw_time_ns(resource.simulation.latency, self._random)
-        measured = tuple((each.name, self._value(each)) for each in drawn_variables(resource, outcome))
+        measured = tuple((each.name, self._value(each)) for each in resource.drawn(outcome))
         return Reaction(resource.name, outcome, latency_ns, measured or None)
 
     def _value(self, variable: DrawnVariable) -> Value:
