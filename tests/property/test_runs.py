@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from scbm.cases import CONDITIONS, Case, Condition, ConditionKind, Injection, Network, Origin
 from scbm.cases.coverage import Coverage, Obligations, visited_by
 from scbm.cases.trace import End, ReplyReceived, RequestSent, RunEnded, RunStarted, Trace, read_trace, write_trace
+from scbm.closing.advice.instant_operations import completes_at_once
 from scbm.model import FORMS, BehaviorModel, OperationState, Requirement, Role, Value
 from scbm.planning import PlanLimits
+from scbm.planning.engines import may_leave
 from scbm.running import Runner, RunnerOptions
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator, leave_nothing_open
 from scbm.testing import draw_network, find_violations
@@ -101,6 +103,20 @@ def test_a_run_ends_and_its_trace_is_whole(model: BehaviorModel, data: st.DataOb
             assert state["current.state"] == state[f"{busy[0]}.state"]
     if run.end is End.REACHED:
         assert model.goals[0][1].holds(_states(run)[-1][1])
+
+
+@given(running_models(), st.integers(0, 2**32))
+@examples(300, usual=15)
+def test_an_operation_that_completes_at_once_never_waits(model: BehaviorModel, seed: int) -> None:
+    fitting = [
+        each for each in model.operations if not any(may_leave(a, model.space) for a in each.post.running_actions)
+    ]
+    instant = [each.name for each in fitting if completes_at_once(each, model)]
+    case = Case("case", *model.goals[0], model.nominal_state)
+    run = Simulator(model, OPTIONS, LIMITS).run(case, _choices(case, seed))
+    for (at_ns, state), (next_ns, _) in pairwise(_states(run)):
+        executes = [name for name in instant if state[f"{name}.state"] == OperationState.EXECUTING]
+        assert not executes or next_ns == at_ns
 
 
 @given(running_models(), st.data())

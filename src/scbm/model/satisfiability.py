@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, assert_never
 
-from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, indices_of, normal_form
+from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, bits_of, indices_of, normal_form
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model.normal_form import NormalForm
     from scbm.model.predicates import Predicate
+    from scbm.model.values import Value
     from scbm.model.variables import StateSpace
 
 _MAX_BRANCHES = 100_000
@@ -28,13 +29,24 @@ class _TooManyBranchesError(Exception):
     pass
 
 
-def is_satisfiable(predicate: Predicate, space: StateSpace) -> bool | None:
-    """Return whether a state of the space satisfies the predicate; `None` if the search met its limit."""
+def is_satisfiable(
+    predicate: Predicate, space: StateSpace, values: Mapping[str, Sequence[Value]] | None = None
+) -> bool | None:
+    """Return whether a state of the space satisfies the predicate; `None` if the search met its limit.
+
+    Args:
+        predicate: what is to hold.
+        space: the variables.
+        values: for some variables the only values that they may have.
+    """
     try:
         form = normal_form(predicate, space)
     except RecursionError:
         return None
-    return satisfiable(form, space.all_values)
+    allowed = [*space.all_values]
+    for name, known in (values or {}).items():
+        allowed[space.position(name)] = bits_of(map(space[name].domain.index, known))
+    return satisfiable(form, allowed)
 
 
 def satisfiable(form: NormalForm, values: Sequence[int]) -> bool | None:

@@ -61,7 +61,12 @@ def test_names_of_any_length_are_shown_whole(columns: int, length: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("guard", "advice"), [("true", "complete as soon as they start"), ("at == away", "have no `deadline`")]
+    ("guard", "advice"),
+    [
+        ("true", "complete as soon as they start"),
+        ("at == away", "complete as soon as they start"),
+        ("at == home", "have no `deadline`"),
+    ],
 )
 def test_operations_without_a_deadline_do_not_time_out_by_chance(guard: str, advice: str) -> None:
     back = f'post: {{g: "{guard}", a: [at <- home]}}'

@@ -10,14 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.model import Always, And, Assign, Constant, Never, Not, Or, Outcome, Severity, Slug, Truth, format_value
+from scbm.closing.advice.instant_operations import completes_at_once
+from scbm.model import Always, Assign, Constant, Never, Not, Outcome, Severity, Slug, Truth, format_value
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import unassigned, undeclared
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
-    from scbm.model import BehaviorModel, Operation, Predicate, Requirement, Resource, Transition, Value
+    from scbm.model import BehaviorModel, Operation, Predicate, Requirement, Resource, Transition
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,29 +159,10 @@ def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
             )
             remedy = f"add an automatic transition with `g: {resource.request_state} == failed && …`"
             yield Doubt(Slug.FAILURE_UNNOTICED, message, (*path, "fail"), remedy)
-        timeless = [each.name for each in users if each.deadline_ns is None and not completes_at_once(each)]
+        timeless = [each.name for each in users if each.deadline_ns is None and not completes_at_once(each, model)]
         if outcomes.get(Outcome.TIMEOUT) and timeless:
             message = f"{resource.name} may not answer, and {', '.join(timeless)} would wait without a deadline"
             yield Doubt(Slug.NO_DEADLINE, message, (*path, "timeout"), "give them a `deadline`")
-
-
-def completes_at_once(operation: Operation) -> bool:
-    """Return whether the postcondition surely holds as soon as the operation has started, so that it never waits."""
-    actions = operation.pre.running_actions
-    known = {a.target: a.source.constant for a in actions if isinstance(a, Assign) and isinstance(a.source, Constant)}
-    return _certain(operation.post.running_guard, known) is True
-
-
-def _certain(predicate: Predicate, known: Mapping[str, Value]) -> bool | None:
-    """Return the truth of a predicate as far as the values of some variables decide it; `None` if they do not."""
-    if isinstance(predicate, And | Or):
-        parts = [_certain(part, known) for part in predicate.operands]
-        decisive = isinstance(predicate, Or)
-        return decisive if decisive in parts else None if None in parts else not decisive
-    if isinstance(predicate, Not):
-        inner = _certain(predicate.operand, known)
-        return None if inner is None else not inner
-    return predicate.holds(known) if all(name in known for name in predicate.reads()) else None
 
 
 def _asks(operation: Operation, resource: Resource) -> bool:

@@ -11,7 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.closing.advice.command_doubts import doubts_about_commands
-from scbm.closing.advice.doubts import Doubt, completes_at_once
+from scbm.closing.advice.doubts import Doubt
+from scbm.closing.advice.instant_operations import completes_at_once
 from scbm.model import Assign, Constant, Equal, OperationState, Reference, RequestState, Slug
 from scbm.model.predicates import conjuncts
 from scbm.model.variables import CURRENT_STATE, operation_state_name
@@ -29,11 +30,12 @@ _HABIT = 2
 
 def doubts_about_handshakes(model: BehaviorModel) -> Iterator[Doubt]:
     """Yield a doubt for each operation, and each transition for a failed reply, that lacks one line of the protocol."""
+    instant = [each.name for each in model.operations if _asks(each, model) and completes_at_once(each, model)]
     for operation in model.operations:
         for resource in model.resources:
-            yield from _doubts_about_operation(operation, resource, model)
+            yield from _doubts_about_operation(operation, resource, model, waits=operation.name not in instant)
     for resource in model.resources:
-        yield from _doubts_about_triggers(resource, model)
+        yield from _doubts_about_triggers(resource, model, instant)
     yield from doubts_about_commands(model)
     for resource in model.resources:
         for path, transition in _failures(model):
@@ -43,14 +45,20 @@ def doubts_about_handshakes(model: BehaviorModel) -> Iterator[Doubt]:
 # operations
 
 
-def _doubts_about_operation(operation: Operation, resource: Resource, model: BehaviorModel) -> Iterator[Doubt]:
+def _asks(operation: Operation, model: BehaviorModel) -> bool:
+    return any(sets(operation.pre.running_actions, resource) for resource in model.resources)
+
+
+def _doubts_about_operation(
+    operation: Operation, resource: Resource, model: BehaviorModel, *, waits: bool
+) -> Iterator[Doubt]:
     here = ("operations", operation.name)
     before, after = operation.pre, operation.post
     triggers = sets(before.running_actions, resource)
     lines = {
         "trigger": triggers,
         "free": resource.request_state in before.running_guard.reads(),
-        "reply": not completes_at_once(operation),
+        "reply": waits,
         "reset": assigns(after.running_actions, resource.request_state),
         "clear": clears(after.running_actions, resource),
     }
@@ -65,8 +73,11 @@ def _doubts_about_operation(operation: Operation, resource: Resource, model: Beh
             if resource.trigger not in before.running_guard.reads():
                 free += f" && {resource.trigger} == false"
             yield _doubt(message, (*here, "pre", "g"), f"add `{free}` to `g` of `pre`")
-        case ["reply"]:
-            message = f"{operation.name} completes without the reply of {resource.name}, so it cancels its own request"
+        case [*_] if triggers and not waits and lines["clear"]:
+            message = (
+                f"{operation.name} completes in the instant in which it starts, so it cancels its own request to "
+                f"{resource.name}"
+            )
             yield _doubt(
                 message, (*here, "post", "gr"), f"add `{resource.request_state} == succeeded` to `gr` of `post`"
             )
@@ -79,7 +90,7 @@ def _doubts_about_operation(operation: Operation, resource: Resource, model: Beh
             pass
 
 
-def _doubts_about_triggers(resource: Resource, model: BehaviorModel) -> Iterator[Doubt]:
+def _doubts_about_triggers(resource: Resource, model: BehaviorModel, instant: Sequence[str]) -> Iterator[Doubt]:
     """Yield a doubt for each operation that reads the request state of a resource before it starts, not the trigger.
 
     The operation has all other lines of the protocol, or all others of the resource read the trigger, at least two.
@@ -87,7 +98,8 @@ def _doubts_about_triggers(resource: Resource, model: BehaviorModel) -> Iterator
     users = [operation for operation in model.operations if sets(operation.pre.running_actions, resource)]
     unguarded = [each for each in users if resource.trigger not in each.pre.running_guard.reads()]
     for operation in unguarded:
-        is_expected = _follows(operation, resource, model) or _is_odd_one(unguarded, users)
+        is_expected = operation.name not in instant and _follows(operation, resource, model)
+        is_expected = is_expected or _is_odd_one(unguarded, users)
         if is_expected and resource.request_state in operation.pre.running_guard.reads():
             message = (
                 f"{operation.name} triggers a request, and no guard reads {resource.trigger}: "
@@ -98,11 +110,11 @@ def _doubts_about_triggers(resource: Resource, model: BehaviorModel) -> Iterator
 
 
 def _follows(operation: Operation, resource: Resource, model: BehaviorModel) -> bool:
-    """Return whether an operation waits for the reply to its request and leaves the resource free."""
+    """Return whether an operation that waits for the reply to its request leaves the resource free."""
     after = operation.post
     is_reset = assigns(after.running_actions, resource.request_state)
     is_free = is_reset or _is_reset_elsewhere(resource, RequestState.FAILED, after, model)
-    return not completes_at_once(operation) and is_free and clears(after.running_actions, resource)
+    return is_free and clears(after.running_actions, resource)
 
 
 def _is_odd_one(odd: Sequence[Operation], users: Sequence[Operation]) -> bool:

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.closing.advice.doubts import Doubt, Unfinished, completes_at_once, written_as
+from scbm.closing.advice.doubts import Doubt, Unfinished, written_as
+from scbm.closing.advice.instant_operations import completes_at_once
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.model import (
     And,
@@ -196,7 +197,7 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
     """Yield a doubt for actions that would leave a domain in a reachable state with their guard (semantics 2.4)."""
     task = exploration.planner.base_task
     for operation in model.operations:
-        timedout = _planned(operation.timedout, task) if _can_time_out(operation) else ()
+        timedout = _planned(operation.timedout, task) if _can_time_out(operation, model) else ()
         actions = (*operation.pre.a, *operation.post.a, *timedout)
         if not any(may_leave(action, model.running_space) for action in actions):
             continue
@@ -214,8 +215,8 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
             yield Doubt(Slug.DOMAIN_LEFT, message, (*here, "timedout"), remedy)
 
 
-def _can_time_out(operation: Operation) -> bool:
-    return operation.deadline_ns is not None and not completes_at_once(operation)
+def _can_time_out(operation: Operation, model: BehaviorModel) -> bool:
+    return operation.deadline_ns is not None and not completes_at_once(operation, model)
 
 
 def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int], task: Task) -> Iterator[Doubt]:

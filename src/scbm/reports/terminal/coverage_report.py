@@ -341,9 +341,10 @@ def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tu
     ]
     timed = [obligation for obligation in planned if obligation not in timeless]
     if timeless:
-        from scbm.closing.advice.doubts import completes_at_once  # noqa: PLC0415 - few reports need it
+        from scbm.closing.advice.instant_operations import completes_at_once  # noqa: PLC0415 - few reports need it
 
-        at_once = sum(1 for each in timeless if completes_at_once(campaign.model.operation(each.subject)))
+        model = campaign.model
+        at_once = sum(1 for each in timeless if completes_at_once(model.operation(each.subject), model))
         parts = ((len(timeless) - at_once, _TIMELESS), (at_once, _AT_ONCE))
         yield from ((count, advice) for count, advice in parts if count)
     if aspect is Aspect.QUEUED:

@@ -18,12 +18,15 @@ from support.profiles import longer_but_one_in
 from support.wording import Wording
 
 ROOT = Path(__file__).parents[4]
+DOCKING = ROOT / "tests/models/valid/docking_retry.yaml"
 MODELS = sorted(
-    (
+    path
+    for path in (
         *(ROOT / "examples").glob("*/*.yaml"),
         *(ROOT / "study").glob("models/*.yaml"),
         *(ROOT / "tests/models/valid").glob("*.yaml"),
     )
+    if path != DOCKING
 )
 
 PAPER = (ROOT / "examples/robot_in_the_air/after.yaml").read_text(encoding="utf-8")
@@ -249,6 +252,79 @@ def test_an_operation_that_only_starts_something_is_no_handshake() -> None:
     reply = ("      gr: scan_req_state == succeeded\n", "")
     ended = ("a: [scan_req_state <- initial, scan_req_trigger <- false, box_is", "a: [box_is")
     assert not _paths(scan_cell(reply, ended))
+
+
+def _docking(*replacements: tuple[str, str]) -> list[tuple[str | int, ...]]:
+    text = DOCKING.read_text(encoding="utf-8")
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new)
+    return _paths(read_model(text))
+
+
+WAITS = "gr: docker_req_state != failed"
+FREE = "docker_req_state == initial && docker_req_trigger == false"
+CLEARED = (", docker_req_trigger <- false]\n    failed", "]\n    failed")
+LATER = "y: {g: dock.state == executing, a: [m <- true]}"
+AUTOMATIC = "goals:\n  docked"
+
+
+@pytest.mark.parametrize(
+    "replacements",
+    [
+        (),
+        ((WAITS, "gr: docker_req_state in {initial, executing, succeeded}"),),
+        ((WAITS, "gr: docker_req_state == executing"),),
+        ((WAITS, "gr: docker_req_trigger == true -> docked == false"),),
+        (("g: true\n", "g: docker_req_state != failed\n"), (WAITS, "gr: true")),
+        ((f" && {FREE}", ""), (WAITS, "gr: docked == false")),
+        (("docked <- true, docker_req_state <- initial", "docked <- true"),),
+        (
+            (
+                AUTOMATIC,
+                f"automatic_transitions:\n  x: {{g: docker_req_state == failed, a: [docked <- false]}}\n{AUTOMATIC}",
+            ),
+        ),
+    ],
+)
+def test_a_request_that_is_cancelled_in_the_instant_in_which_it_is_sent_is_named(
+    replacements: tuple[tuple[str, str], ...], wording: Wording
+) -> None:
+    assert _docking(*replacements) == [("operations", "dock", "post", "gr")]
+    if not replacements:
+        (doubt,) = doubts_about_handshakes(load_model(DOCKING))
+        wording(f"{doubt.message}; {doubt.remedy}")
+
+
+@pytest.mark.parametrize(
+    "replacements",
+    [
+        ((WAITS, "gr: docker_req_state == succeeded"),),
+        ((WAITS, "gr: docker_req_state in {succeeded, failed}"),),
+        ((WAITS, "gr: docker_req_state != executing"),),
+        ((WAITS, "gr: docked == true || docker_req_state == succeeded"),),
+        (CLEARED,),
+        # An automatic transition makes the postcondition false before it is evaluated.
+        (
+            (WAITS, "gr: docked == false"),
+            (
+                AUTOMATIC,
+                f"automatic_transitions:\n  x: {{g: dock.state == executing, a: [docked <- true]}}\n{AUTOMATIC}",
+            ),
+        ),
+        # It may do so, by way of another one.
+        (
+            (WAITS, "gr: docked == false"),
+            ("variables:\n", "variables:\n  m: {domain: bool, initial: false}\n"),
+            (
+                AUTOMATIC,
+                f"automatic_transitions:\n  x: {{g: m == true, a: [docked <- true]}}\n  {LATER}\n{AUTOMATIC}",
+            ),
+        ),
+    ],
+)
+def test_an_operation_that_may_wait_for_its_reply_is_not_named(replacements: tuple[tuple[str, str], ...]) -> None:
+    assert ("operations", "dock", "post", "gr") not in _docking(*replacements)
 
 
 @pytest.mark.parametrize("path", longer_but_one_in(3, MODELS), ids=lambda path: f"{path.parent.name}/{path.stem}")
