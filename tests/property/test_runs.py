@@ -11,19 +11,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.cases import CONDITIONS, Case, Condition, ConditionKind, Injection, Network, Origin
+from scbm.cases import CONDITIONS, Case, CaseGoal, Condition, ConditionKind, Injection, Network, Origin
 from scbm.cases.coverage import Coverage, Obligations, visited_by
 from scbm.cases.trace import End, ReplyReceived, RequestSent, RunEnded, RunStarted, Trace, read_trace, write_trace
+from scbm.closing.advice import check_model
 from scbm.closing.advice.instant_operations import completes_at_once
-from scbm.model import FORMS, BehaviorModel, OperationState, Requirement, Role, Value
+from scbm.model import FORMS, BehaviorModel, OperationState, Requirement, Role, Slug, Value
 from scbm.planning import PlanLimits
 from scbm.planning.engines import may_leave
 from scbm.running import Runner, RunnerOptions
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator, leave_nothing_open
-from scbm.testing import draw_network, find_violations
+from scbm.testing import RandomCases, Tester, draw_network, find_violations
 from support.profiles import examples
 from support.sentence_references import SENTENCE_REFERENCES
-from support.strategies import SECOND_NS, running_models, sentences
+from support.strategies import SECOND_NS, open_models, running_models, sentences
 
 OPTIONS = RunnerOptions(time_limit_ns=100 * SECOND_NS, plan_limit=12, livelock_bound=60)
 LIMITS = PlanLimits(length=50, expansions=5_000)
@@ -117,6 +118,16 @@ def test_an_operation_that_completes_at_once_never_waits(model: BehaviorModel, s
     for (at_ns, state), (next_ns, _) in pairwise(_states(run)):
         executes = [name for name in instant if state[f"{name}.state"] == OperationState.EXECUTING]
         assert not executes or next_ns == at_ns
+
+
+@given(open_models() | running_models(), st.integers(0, 2**32))
+@examples(300, usual=15)
+def test_no_run_reaches_a_goal_that_check_calls_unreachable(model: BehaviorModel, seed: int) -> None:
+    doubted = [doubt.path[1] for doubt in check_model(model).doubts if doubt.slug is Slug.GOAL_UNREACHABLE]
+    tester = Tester(model, OPTIONS, LIMITS)
+    for name, goal in model.goals:
+        case = RandomCases(model).case(seed, 1).with_goals([CaseGoal(name, goal)])
+        assert name not in doubted or tester.execute(case).verdict.end is not End.REACHED
 
 
 @given(running_models(), st.data())

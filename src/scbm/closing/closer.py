@@ -25,7 +25,6 @@ from scbm.closing.advice.suggestions import Oracles, TriedVisits, in_order_of, s
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
 from scbm.closing.proofs.proofs import Proofs, explored_for_proofs, scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
-from scbm.closing.runs.value_classes import distinguished_groups
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import (
     CaseSearch,
@@ -41,6 +40,7 @@ from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, Slug, State
+from scbm.model.distinguished_values import distinguished_groups
 from scbm.model.sources import free_groups, outside_groups
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
 from scbm.testing import Campaign, Execution, Tester

@@ -97,7 +97,7 @@ def check_model(
 
 def _reachable(model: BehaviorModel, exploration: PlanningExploration) -> tuple[int, bool]:
     """Return the number of states that plans reach from the nominal state, and whether it is exact."""
-    task, reach = exploration.planner.base_task, exploration.reach
+    task, reach = exploration.task, exploration.reach
     nominal = task.pack(model.nominal_state)
     if tuple(map(task.pack, exploration.starts)) != (nominal,):
         reach = explore(task, [nominal], exploration.limits.states)

@@ -13,11 +13,13 @@ possible than in runs, never fewer.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
 
 from scbm.closing.advice.doubts import Doubt, Unfinished, written_as
 from scbm.closing.advice.instant_operations import completes_at_once
+from scbm.closing.advice.unplanned_changes import PLANNED, with_unplanned_changes
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.model import (
     And,
@@ -51,9 +53,10 @@ from scbm.running.lifecycle import OperationPart
 from scbm.running.micro_steps import describe_cycle, find_cycle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from scbm.model import Action, BehaviorModel, Operation, Predicate, Transition
+    from scbm.model import Action, BehaviorModel, Operation, Predicate, Transition, Value
+    from scbm.planning import Answer
 
 
 _MAX_COMBINATIONS = 20_000
@@ -85,13 +88,34 @@ THOROUGH = CheckLimits(states=2_000_000, starts=20_000, expansions=2_000_000, ch
 """The limits of `scbm check --thorough`: a hundred times as many states as by default."""
 
 
-@dataclass(frozen=True, slots=True)
+class PlannerPair:
+    """The canonical planner of a model, and the greedy one for goals that are too far away for it.
+
+    Attributes:
+        canonical: the canonical planner.
+    """
+
+    def __init__(self, model: BehaviorModel) -> None:
+        self.canonical = Planner(model)
+        self._greedy = Planner(model, "greedy")
+
+    def plan(self, start: Mapping[str, Value], goal: Predicate, left: int) -> tuple[Answer, int]:
+        """Return the answer after at most `left` expanded states, and how many of these are left."""
+        answer = self.canonical.plan(start, goal, PlanLimits(expansions=min(left, _FEW)))
+        left -= answer.expanded
+        if isinstance(answer, LimitReached) and left > 0:
+            answer = self._greedy.plan(start, goal, PlanLimits(expansions=left))
+            left -= answer.expanded
+        return answer, left
+
+
+@dataclass(frozen=True)
 class PlanningExploration:
     """The allowed initial states, and the planning states that operations reach from them.
 
     Attributes:
-        planner: the canonical planner of the model.
-        greedy: the planner for goals that are too far away for the canonical planner.
+        model: the model.
+        planners: the planners of the model.
         starts: allowed initial states, in order.
         all_starts: whether these are all.
         reach: the planning states that are reachable from them, without the effects of requests and the runner.
@@ -99,26 +123,36 @@ class PlanningExploration:
         progress: called with a description of each phase.
     """
 
-    planner: Planner
-    greedy: Planner
+    model: BehaviorModel
+    planners: PlannerPair
     starts: tuple[State, ...]
     all_starts: bool
     reach: Reach
     limits: CheckLimits
     progress: Callable[[str], None]
 
+    @property
+    def task(self) -> Task:
+        """The packed operations."""
+        return self.planners.canonical.base_task
+
+    @cached_property
+    def changed_planners(self) -> PlannerPair:
+        """The planners whose plans begin with unplanned changes."""
+        return PlannerPair(with_unplanned_changes(self.model))
+
 
 def explore_model(model: BehaviorModel, limits: CheckLimits, progress: Callable[[str], None]) -> PlanningExploration:
     """Explore the planning states of a model, within the limits."""
-    planner = Planner(model)
+    planners = PlannerPair(model)
     initial = InitialStates(model)
     starts = tuple(islice(initial.allowed(_MAX_COMBINATIONS), limits.starts + 1))
     complete = initial.combinations <= _MAX_COMBINATIONS and len(starts) <= limits.starts
     starts = starts[: limits.starts]
-    task = planner.base_task
+    task = planners.canonical.base_task
     counted = _counting(progress, "planning states")
     reach = explore(task, [task.pack(state) for state in starts], limits.states, counted)
-    return PlanningExploration(planner, Planner(model, "greedy"), starts, complete, reach, limits, progress)
+    return PlanningExploration(model, planners, starts, complete, reach, limits, progress)
 
 
 def _counting(progress: Callable[[str], None], noun: str) -> Callable[[int], None]:
@@ -146,7 +180,7 @@ def doubts_about_plans(model: BehaviorModel, exploration: PlanningExploration) -
 
 def _never_enabled(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt | Unfinished]:
     """Yield a doubt for each operation that neither plans nor recovery enable; all states or value sets prove it."""
-    reach, task = exploration.reach, exploration.planner.base_task
+    reach, task = exploration.reach, exploration.task
     left = _never_enabled_in(reach, task, task.operations)
     if left and not (reach.complete and exploration.all_starts):
         # The value sets of all runs may still prove it.
@@ -195,7 +229,7 @@ def _proved(name: str) -> Doubt:
 
 def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt]:
     """Yield a doubt for actions that would leave a domain in a reachable state with their guard (semantics 2.4)."""
-    task = exploration.planner.base_task
+    task = exploration.task
     for operation in model.operations:
         timedout = _planned(operation.timedout, task) if _can_time_out(operation, model) else ()
         actions = (*operation.pre.a, *operation.post.a, *timedout)
@@ -245,16 +279,14 @@ def _planned(actions: Sequence[Action], task: Task) -> tuple[Action, ...]:
 
 
 def _unreachable(name: str, goal: Predicate, exploration: PlanningExploration) -> Iterator[Doubt | Unfinished]:
-    """Yield a doubt if a goal is unreachable from some or all initial states."""
+    """Yield a doubt if a goal is unreachable from some or all initial states, also after unplanned changes."""
     lost: list[State] = []
     left = exploration.limits.expansions
     for tried, start in enumerate(exploration.starts):
         exploration.progress(f"planning for {name} from initial state {tried + 1:,} of {len(exploration.starts):,}")
-        answer = exploration.planner.plan(start, goal, PlanLimits(expansions=min(left, _FEW)))
-        left -= answer.expanded
-        if isinstance(answer, LimitReached) and left > 0:
-            answer = exploration.greedy.plan(start, goal, PlanLimits(expansions=left))
-            left -= answer.expanded
+        answer, left = exploration.planners.plan(start, goal, left)
+        if isinstance(answer, Unsolvable):
+            answer, left = exploration.changed_planners.plan({**start, PLANNED: False}, goal, left)
         if isinstance(answer, LimitReached | NoPlanFound):
             count = f"{tried:,} of {len(exploration.starts):,}"
             message = f"plans to the goal {name} were found or refuted from {count} initial states"
@@ -307,7 +339,7 @@ def doubts_about_livelocks(model: BehaviorModel, exploration: PlanningExploratio
 
 def _running_states(program: Program, exploration: PlanningExploration) -> Iterator[int]:
     """Yield states that runs can reach, packed for running."""
-    task = exploration.planner.base_task
+    task = exploration.task
     pack = program.packing.pack
     rest = {variable.name: variable.initial for variable in program.packing.space}
     starts = [_PackedStart.of(program, name) for name in task.operations]

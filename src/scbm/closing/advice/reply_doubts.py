@@ -10,10 +10,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scbm.closing.advice.doubts import Doubt, variables_in_use
-from scbm.closing.proofs.blame import blame, conjuncts
+from scbm.closing.proofs.blame import blame
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.closing.summaries import listed
 from scbm.model import Outcome, Severity, Slug, conjunction, format_value
+from scbm.model.predicates import conjuncts
 from scbm.model.sources import changed_from_outside, is_triggered
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.closing.runs.run_graph import MAX_STEPS_EACH, RunGraph, explore_runs, initial_states
-from scbm.closing.runs.value_classes import distinguished_groups
 from scbm.model import GoalOrder, PlanSet
+from scbm.model.distinguished_values import distinguished_groups
 from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
 from scbm.running.untimed.plan_queues import CanonicalQueues, QueuesByDistance

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Case, EnvironmentChange, Injection
 from scbm.cases.trace import BecameCurrent, ReplyReceived, RequestCancelled, RequestSent, RunnerStarted
-from scbm.closing.runs.value_classes import distinguishing_values
 from scbm.model import (
     And,
     Constant,
@@ -34,6 +33,7 @@ from scbm.model import (
     Truth,
     conjunction,
 )
+from scbm.model.distinguished_values import distinguishing_values
 from scbm.model.operations import apply
 from scbm.model.predicates import substituted
 from scbm.model.sources import changed_from_outside
