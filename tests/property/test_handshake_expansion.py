@@ -24,13 +24,17 @@ variables:
   at: {domain: [home, box], initial: home}
   goal: {domain: [home, box], initial: home}
   speed: {domain: 0..3, initial: 0}
+  seen: {domain: 0..3, initial: 0}
+  lit: {domain: bool, initial: false}
 resources:
-  arm: {request: [goal, speed]}
+  arm: {request: [goal, speed], measures: {seen: [0, 1, 2, 3]}}
   lift: {request: [speed]}
-  light: {}
+  light: {measures: {lit: [true, false], seen: [3, 1]}}
 operations:
 """
 CARRIED = {"arm": ("goal", "speed"), "lift": ("speed",), "light": ()}
+MEASURED = {"arm": ("seen",), "lift": (), "light": ("lit", "seen")}
+ASSUMED = {"seen": ("3", "n", "speed"), "lit": ("true", "lamp")}
 VALUES = {"goal": ("home", "box", "at", "goal"), "speed": ("0", "3", "n", "speed")}
 GUARDS = ("lamp == true", "n < 3 && at == home", "lamp == false || n == 2", "at == goal -> !(n in {1, 2})")
 ACTIONS = ("lamp <- true", "n += 1", "at <- goal")
@@ -44,6 +48,7 @@ class Written:
     resource: str
     payload: dict[str, str]
     guard: str
+    assumes: dict[str, str]
     effects: list[str]
     on_timeout: list[str]
     deadline: bool
@@ -57,6 +62,8 @@ class Written:
         lines += [f"    with: {{{payload}}}"] if self.payload else []
         lines += ["    deadline: 5 s"] if self.deadline else []
         lines += [f"    guard: {self.guard!r}"] if self.guard else []
+        assumed = ", ".join(f"{name}: {value}" for name, value in self.assumes.items())
+        lines += [f"    assumes: {{{assumed}}}"] if assumed else []
         lines += [f"    effects: {self.effects}"] if self.effects else []
         lines += [f"    on_timeout: {self.on_timeout}"] if self.on_timeout else []
         lines += [f"    pre: {{gr: {self.running_guard!r}}}"] if self.running_guard else []
@@ -68,6 +75,7 @@ class Written:
         state, trigger = f"{self.resource}_req_state", f"{self.resource}_req_trigger"
         guard = f" && ({self.guard})" if "||" in self.guard or "->" in self.guard else f" && {self.guard}"
         payload = [f"{name} <- {value}" for name, value in self.payload.items()]
+        assumed = [f"{name} <- {value}" for name, value in self.assumes.items()]
         lines = [
             f"  {self.name}:",
             "    pre:",
@@ -76,8 +84,8 @@ class Written:
             f"      a: {[f'{trigger} <- true', *payload]}",
             "    post:",
             "      g: true",
-            f"      gr: {state} == succeeded",
-            f"      a: {[f'{state} <- initial', f'{trigger} <- false', *self.effects]}",
+            f"      gr: {' && '.join([f'{state} == succeeded', *(f'{n} == {v}' for n, v in self.assumes.items())])}",
+            f"      a: {[f'{state} <- initial', f'{trigger} <- false', *assumed, *self.effects]}",
             f"      ar: {self.more_actions}",
         ]
         timedout = [f"    timedout: {[f'{trigger} <- false', *self.on_timeout]}", "    deadline: 5 s"]
@@ -95,6 +103,7 @@ def operations(draw: DrawFn, name: str) -> Written:
         resource,
         {variable: draw(st.sampled_from(VALUES[variable])) for variable in draw(st.permutations(CARRIED[resource]))},
         draw(st.sampled_from(("", *GUARDS))),
+        {variable: draw(st.sampled_from(ASSUMED[variable])) for variable in MEASURED[resource] if draw(st.booleans())},
         actions[:split],
         draw(st.lists(st.sampled_from(ACTIONS), max_size=3, unique=True)) if deadline else [],
         deadline,
@@ -104,14 +113,24 @@ def operations(draw: DrawFn, name: str) -> Written:
 
 
 def failures(written: list[Written]) -> str:
-    """The automatic transitions for the resources that are asked, in the order of the file."""
+    """The automatic transitions for the resources that are asked, and for what operations assume, in this order."""
     asked = [resource for resource in CARRIED if any(each.resource == resource for each in written)]
-    return "".join(
+    failed = "".join(
         f"  {name}_failed:\n"
         f"    g: {name}_req_state == failed && current.state == executing\n"
         f"    a: [current.state <- failed, {name}_req_state <- initial, {name}_req_trigger <- false]\n"
         for name in asked
     )
+    otherwise = "".join(
+        f"  {each.name}_otherwise:\n"
+        f"    g: {each.name}.state == executing && {each.resource}_req_state == succeeded\n"
+        f"      && ({' || '.join(f'{name} != {value}' for name, value in each.assumes.items())})\n"
+        f"    a: [{each.name}.state <- failed, {each.resource}_req_state <- initial,"
+        f" {each.resource}_req_trigger <- false]\n"
+        for each in written
+        if each.assumes
+    )
+    return failed + otherwise
 
 
 MODELS = st.integers(1, 4).flatmap(lambda number: st.tuples(*(operations(f"go_{n}") for n in range(number))))

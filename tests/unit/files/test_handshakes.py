@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from scbm.cases.coverage import Obligations
-from scbm.cases.trace import write_trace
+from scbm.cases.coverage import Aspect, Obligations
+from scbm.cases.trace import End, write_trace
 from scbm.files import digest_of, load_model, read_located, read_model, write_model
 from scbm.model import BehaviorModel, InputError
 from scbm.testing import Campaign, RandomCases, Tester
@@ -153,6 +153,83 @@ def test_handshakes_of_objects_have_one_failure_for_each_object() -> None:
     assert [each.name for each in model.automatic_transitions] == ["arm_failed.r1", "arm_failed.r2"]
     assert model.lifted_name("automatic_transitions", "arm_failed.r2") == "arm_failed"
     assert str(model.operations[1].pre.g).startswith("arm.r2_req_state == initial && arm.r2_req_trigger == false && ")
+
+
+COUNTING = """behavior_model: counting_camera
+variables: {n: {domain: 0..3, initial: 0}, sharp: {domain: bool, initial: true}, done: {domain: bool, initial: false}}
+resources: {camera: {measures: {n: [3, 0, 1, 2], sharp: [true, false]}, simulation: {latency: 1 s}}}
+operations:
+  count: {request: camera, deadline: 5 s, guard: done == false, %s, effects: [done <- true]}
+automatic_transitions: {%s}
+goals: {three: done == true}
+"""
+OTHERWISE = (
+    "count_otherwise: {g: count.state == executing && camera_req_state == succeeded && %s, "
+    "a: [count.state <- failed, camera_req_state <- initial, camera_req_trigger <- false]}"
+)
+
+
+@pytest.mark.parametrize(
+    ("assumes", "condition", "effects", "otherwise"),
+    [
+        ("{n: 3}", "n == 3", "n <- 3", "n != 3"),
+        ("{n: 3, sharp: true}", "n == 3 && sharp == true", "n <- 3, sharp <- true", "(n != 3 || sharp != true)"),
+        ("{sharp: done}", "sharp == done", "sharp <- done", "sharp != done"),
+    ],
+)
+def test_an_assumption_is_a_condition_an_effect_and_a_transition_that_fails_the_operation(
+    assumes: str, condition: str, effects: str, otherwise: str
+) -> None:
+    short = read_model(COUNTING % (f"assumes: {assumes}", ""))
+    pattern = f"post: {{gr: {condition}, a: [{effects}]}}"
+    long = read_model(COUNTING % (pattern, OTHERWISE % otherwise))
+    order = [action.target for action in long.operations[0].post.a]
+    by_target = {action.target: action for action in short.operations[0].post.a}
+    post = replace(short.operations[0].post, a=tuple(by_target[name] for name in order))
+    same = replace(short, operations=(replace(short.operations[0], post=post),))
+    assert with_order_of(same, long) == long
+
+
+def test_replies_that_differ_from_the_assumption_fail_the_operation_and_a_new_plan_follows() -> None:
+    model = read_model(COUNTING % ("assumes: {n: 3}", ""))
+    campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(20, 1)))
+    assert [result.verdict.end for result in campaign.results] == [End.REACHED] * 20
+    missed = [str(each) for aspect in Aspect for each in campaign.coverage.missed(aspect)]
+    assert not {"count/failed", "automatic/count_otherwise"}.intersection(missed)
+
+
+def test_a_transition_by_hand_replaces_the_one_for_an_assumption() -> None:
+    by_hand = "count_otherwise: {g: count.state == executing && n != 3, a: [count.state <- failed, done <- true]}"
+    model = read_model(COUNTING % ("assumes: {n: 3}", by_hand))
+    assert [str(each.a[-1]) for each in model.automatic_transitions if each.name == "count_otherwise"] == [
+        "done <- true"
+    ]
+
+
+def test_assumptions_of_objects_have_one_transition_for_each_object() -> None:
+    text = OBJECTS.replace('"arm[r in robot]": {}', '"arm[r in robot]": {measures: {"held[r]": any}}')
+    text = text.replace('effects: ["held[r] <- true"]', 'assumes: {"held[r]": true}')
+    model = read_model(text)
+    assert [each.name for each in model.automatic_transitions][2:] == ["hold_otherwise.r1", "hold_otherwise.r2"]
+    assert model.lifted_name("automatic_transitions", "hold_otherwise.r2") == "hold_otherwise"
+    assert str(model.automatic_transitions[2].g) == (
+        "hold.r1.state == executing && arm.r1_req_state == succeeded && held.r1 != true"
+    )
+
+
+def test_an_assumption_of_a_part_has_the_prefix_and_the_arguments_of_its_use(tmp_path: Path) -> None:
+    (tmp_path / "eye.yaml").write_text(
+        "part: eye\nparameters: {expected: {}}\nvariables: {seen: {domain: 0..3, initial: 0}}\n"
+        "resources: {camera: {measures: [seen]}}\n"
+        "operations: {look: {request: camera, assumes: {seen: expected}}}\n"
+    )
+    cell = tmp_path / "cell.yaml"
+    cell.write_text(
+        "behavior_model: cell\nparts: {left: {use: eye.yaml, with: {expected: 2}}}\nvariables: {}\noperations: {}\n"
+    )
+    model = load_model(cell)
+    assert [each.name for each in model.automatic_transitions] == ["left.camera_failed", "left.look_otherwise"]
+    assert str(model.operations[0].post.gr) == "left.camera_req_state == succeeded && left.seen == 2"
 
 
 def test_a_lifted_failure_by_hand_replaces_those_of_all_objects() -> None:

@@ -344,10 +344,10 @@ class ModelKeys(Keys):
 
     def _refuse_odd_requests(self) -> None:
         """Note requests of operations that do not suit their resources."""
-        requests = {entry.name: entry.value.as_written(entry.name).request for entry in self.resources}
+        resources = {entry.name: entry.value.as_written(entry.name) for entry in self.resources}
         is_whole = self.is_clear and not self._is_unclear("resources")
         for entry in self.operations:
-            entry.value.refuse_odd_request(requests, is_whole=is_whole)
+            entry.value.refuse_odd_request(resources, is_whole=is_whole)
 
     def _origins(self) -> Iterator[LiftedOrigin]:
         """Yield where the expanded entries come from, section by section."""

@@ -1,7 +1,7 @@
 """Expands `request` of operations to the request protocol, written as transitions (semantics 3.5).
 
-The keys `request`, `with`, `guard`, `effects` and `on_timeout` stay in the tree, so that their shape is checked as it
-is written. The transitions that they stand for are added beside them, with the places of these keys.
+The keys `request`, `with`, `guard`, `assumes`, `effects` and `on_timeout` stay in the tree, so that their shape is
+checked as it is written. The transitions that they stand for are added beside them, with the places of these keys.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.source_text import Scalar
     from scbm.files.yaml.text_files import ErrorCollector
 
 _AUTOMATIC = "automatic_transitions"
@@ -36,7 +37,7 @@ def expand_handshakes(document: YamlNode, report: ErrorCollector) -> YamlNode:
     operations = document.get("operations")
     if operations is None:
         return document
-    handshakes = {name: Handshake(node, document) for name, node in operations.items.items() if _requests(node)}
+    handshakes = {entry.key: Handshake(entry, document) for entry in entries_of(operations) if _requests(entry.node)}
     if not handshakes:
         return document
     expanded = with_entries(
@@ -47,7 +48,7 @@ def expand_handshakes(document: YamlNode, report: ErrorCollector) -> YamlNode:
         ],
     )
     replaced = {"operations": expanded}
-    automatic = _with_failures(document, {shake.resource for shake in handshakes.values()}, report)
+    automatic = _with_generated(document, handshakes.values(), report)
     if automatic is not None:
         replaced[_AUTOMATIC] = automatic.node
     entries = [entry._replace(node=replaced.pop(entry.key, entry.node)) for entry in entries_of(document)]
@@ -78,12 +79,15 @@ class Handshake:
         resource: the name of the resource.
     """
 
-    def __init__(self, operation: YamlNode, document: YamlNode) -> None:
+    def __init__(self, entry: MappingEntry, document: YamlNode) -> None:
+        self._entry_of_operation, operation = entry, entry.node
         self._operation = operation
         self._request = operation.items["request"]
         self.resource = self._request.text or ""
         resources = document.get("resources")
         self._is_known = resources is not None and self.resource in resources.items
+        variables = document.get("variables")
+        self._variables = variables.items if variables is not None else {}
 
     def expanded(self) -> YamlNode:
         """Return the operation with its transitions."""
@@ -93,14 +97,17 @@ class Handshake:
     def _pre(self) -> Iterator[MappingEntry]:
         free = self._protocol("{0}_req_state == initial", "{0}_req_trigger == false")
         guard = [*free, *_parts(self._operation.get("guard")), *_parts(self._written("pre", "g"))]
-        payload = [*self._protocol("{0}_req_trigger <- true"), *self._payload(), *_parts(self._written("pre", "a"))]
+        commands = self._assignments("with")
+        payload = [*self._protocol("{0}_req_trigger <- true"), *commands, *_parts(self._written("pre", "a"))]
         yield self._entry("g", "guard", guard or [self._text("true")])
         yield self._entry("a", "with", payload)
 
     def _post(self) -> Iterator[MappingEntry]:
         ended = self._protocol("{0}_req_state <- initial", "{0}_req_trigger <- false")
-        effects = [*ended, *_parts(self._operation.get("effects")), *_parts(self._written("post", "a"))]
-        replied = [*self._protocol("{0}_req_state == succeeded"), *_parts(self._written("post", "gr"))]
+        effects = [*self._assignments("assumes"), *_parts(self._operation.get("effects"))]
+        effects = [*ended, *effects, *_parts(self._written("post", "a"))]
+        replied = [*self._protocol("{0}_req_state == succeeded"), *self._assumptions(" == ")]
+        replied += _parts(self._written("post", "gr"))
         yield self._entry("g", "effects", [*_parts(self._written("post", "g"))] or [self._text("true")])
         yield self._entry("gr", "request", replied or [self._text("true")])
         yield self._entry("a", "effects", effects)
@@ -149,14 +156,46 @@ class Handshake:
     def _text(self, text: str) -> YamlNode:
         return text_node(text, self._request.place, self._request.end)
 
-    def _payload(self) -> Iterator[YamlNode]:
-        """Yield an assignment for each entry of `with`."""
-        node = self._operation.get("with")
-        for name, place, value, end in entries_of(node) if node is not None else ():
-            if value.scalar is not None and value.plain is not None:
-                target = Piece.copy(PlacedScalar(name, place))
-                pieces = (target, Piece.instead(" <- ", value.scalar), Piece.copy(value.scalar))
-                yield scalar_node(RewrittenScalar(pieces), value.place, end)
+    def _assignments(self, key: str) -> Iterator[YamlNode]:
+        """Yield an action for each variable and its value under a key."""
+        for entry, value in self._values(key):
+            target = Piece.copy(PlacedScalar(entry.key, entry.place))
+            pieces = (target, Piece.instead(" <- ", value), Piece.copy(value))
+            yield scalar_node(RewrittenScalar(pieces), entry.node.place, entry.end)
+
+    def _assumptions(self, operator: str) -> list[YamlNode]:
+        """Return a comparison for each assumed value; errors in it underline the value, as those in its action do."""
+        return [
+            scalar_node(
+                RewrittenScalar((Piece.instead(f"{entry.key}{operator}", value), Piece.copy(value))),
+                entry.node.place,
+                entry.end,
+            )
+            for entry, value in self._values("assumes")
+            if entry.key in self._variables
+        ]
+
+    def _values(self, key: str) -> Iterator[tuple[MappingEntry, Scalar]]:
+        """Yield the entries under a key that have a value."""
+        node = self._operation.get(key)
+        for entry in entries_of(node) if node is not None else ():
+            if entry.node.scalar is not None and entry.node.plain is not None:
+                yield entry, entry.node.scalar
+
+    def otherwise(self) -> Iterator[MappingEntry]:
+        """Yield the automatic transition that fails the operation if the reply measures other values than assumed."""
+        parts = [node.scalar for node in self._assumptions(" != ") if node.scalar is not None]
+        if not parts or not self._is_known:
+            return
+        operation, place = self._entry_of_operation, self._place("assumes")
+        pieces = [piece for part in parts for piece in (Piece.instead(" || ", part), Piece.copy(part))]
+        executes = text_node(f"{operation.key}.state == executing", place, 0)
+        differs = scalar_node(RewrittenScalar(pieces[1:]), place, 0)
+        guard = list_node([executes, *self._protocol("{0}_req_state == succeeded"), differs], place, 0)
+        guard.flattens = True
+        ended = self._protocol("{0}_req_state <- initial", "{0}_req_trigger <- false")
+        actions = list_node([text_node(f"{operation.key}.state <- failed", place, 0), *ended], place, 0)
+        yield _automatic(operation, "otherwise", place, guard, actions)
 
 
 def _parts(node: YamlNode | None) -> Iterator[YamlNode]:
@@ -174,55 +213,61 @@ def _is_list_of_scalars(node: YamlNode) -> bool:
     return len(parts) == len(list(_parts(node)))
 
 
-# failed replies
+# generated automatic transitions
 
 
-def _with_failures(document: YamlNode, requested: set[str], report: ErrorCollector) -> MappingEntry | None:
-    """Return the automatic transitions with one for each requested resource; `None` if none is added."""
-    resources = document.get("resources")
-    written = document.get(_AUTOMATIC)
+def _with_generated(document: YamlNode, handshakes: Iterable[Handshake], report: ErrorCollector) -> MappingEntry | None:
+    """Return the automatic transitions with those that handshakes stand for; `None` if none is added.
+
+    There is one for the failed replies of each requested resource, and one for each operation that assumes something.
+    One of the same name in the file replaces it.
+    """
+    resources, written = document.get("resources"), document.get(_AUTOMATIC)
     if resources is None or (written is not None and not isinstance(written.plain, dict)):
         return None
-    names = {_failure_name(entry): entry for entry in entries_of(resources) if entry.key in requested}
-    missing = [name for name in names if written is None or name not in written.items]
-    if not missing:
+    requested = {handshake.resource for handshake in handshakes}
+    failures = [_failure(entry) for entry in entries_of(resources) if entry.key in requested]
+    others = [entry for handshake in handshakes for entry in handshake.otherwise()]
+    known = () if written is None else written.items
+    made = [entry for entry in (*failures, *others) if entry.key not in known]
+    if not made:
         return None
-    _refuse_collisions(document, missing, report)
-    failures = [_failure(name, names[name]) for name in missing]
+    _refuse_collisions(document, made, report)
     if written is None:
         place = document.key_places["resources"]
-        return MappingEntry(_AUTOMATIC, place, mapping_node(failures, place, 0), 0)
-    node = with_entries(written, [*entries_of(written), *failures])
+        return MappingEntry(_AUTOMATIC, place, mapping_node(made, place, 0), 0)
+    node = with_entries(written, [*entries_of(written), *made])
     return MappingEntry(_AUTOMATIC, document.key_places[_AUTOMATIC], node, document.value_ends[_AUTOMATIC])
 
 
-def _failure_name(resource: MappingEntry) -> str:
-    """Return the name of the transition for a resource: `arm_failed` for `arm`, `arm_failed.r1` for `arm[r]`."""
-    lifted = resource.node.origin
-    if lifted is None or not resource.key.startswith(f"{lifted}."):
-        return f"{resource.key}_failed"
-    return f"{lifted}_failed{resource.key.removeprefix(lifted)}"
-
-
-def _failure(name: str, resource: MappingEntry) -> MappingEntry:
+def _failure(resource: MappingEntry) -> MappingEntry:
     """Return the automatic transition that takes a failed reply; it stands for the name of the resource."""
     place, state, trigger = resource.place, f"{resource.key}_req_state", f"{resource.key}_req_trigger"
     guard = text_node(f"{state} == failed && current.state == executing", place, 0)
     actions = ("current.state <- failed", f"{state} <- initial", f"{trigger} <- false")
     taken = list_node([text_node(action, place, 0) for action in actions], place, 0)
-    origin = None if resource.node.origin is None else f"{resource.node.origin}_failed"
-    entries = (MappingEntry("g", place, guard, 0), MappingEntry("a", place, taken, 0))
-    node = mapping_node(entries, place, 0, origin)
-    node.user = resource.node.user
+    return _automatic(resource, "failed", place, guard, taken)
+
+
+def _automatic(entry: MappingEntry, suffix: str, place: Place, guard: YamlNode, actions: YamlNode) -> MappingEntry:
+    """Return an automatic transition of a resource or an operation: `arm_failed`; for `arm[r]`, `arm_failed.r1`."""
+    lifted = entry.node.origin
+    is_instance = lifted is not None and entry.key.startswith(f"{lifted}.")
+    base = lifted if lifted is not None and is_instance else entry.key
+    name = f"{base}_{suffix}{entry.key.removeprefix(base)}"
+    entries = (MappingEntry("g", place, guard, 0), MappingEntry("a", place, actions, 0))
+    node = mapping_node(entries, place, 0, None if lifted is None else f"{lifted}_{suffix}")
+    node.user = entry.node.user
     return MappingEntry(name, place, node, 0)
 
 
-def _refuse_collisions(document: YamlNode, names: list[str], report: ErrorCollector) -> None:
+def _refuse_collisions(document: YamlNode, made: Iterable[MappingEntry], report: ErrorCollector) -> None:
     """Note operations and environment transitions with the name of a generated transition."""
     for section, what in (("operations", "an operation"), ("environment", "an environment transition")):
         node = document.get(section)
-        for name in names if node is not None else ():
-            if node is not None and name in node.items:
-                message = f"`{name}` is {what}, and also the automatic transition that takes failed replies"
-                remedy = f"choose another name, or write the automatic transition `{name}` by hand"
-                report.add(Slug.DUPLICATE_NAME, message, node.key_places[name], remedy)
+        for name in (entry.key for entry in made if node is not None and entry.key in node.items):
+            assert node is not None  # noqa: S101 - the name is there
+            takes = "failed replies" if name.partition(".")[0].endswith("_failed") else "other replies than assumed"
+            message = f"`{name}` is {what}, and also the automatic transition that takes {takes}"
+            remedy = f"choose another name, or write the automatic transition `{name}` by hand"
+            report.add(Slug.DUPLICATE_NAME, message, node.key_places[name], remedy)

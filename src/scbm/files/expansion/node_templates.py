@@ -55,7 +55,7 @@ KINDS: dict[str, NodeKind] = {
     **dict.fromkeys(("request", "measures", "publishes"), "names"),
     **dict.fromkeys(("name", "reason"), "text"),
     **dict.fromkeys(("initial", "random"), "term"),
-    "with": "assignments",
+    **dict.fromkeys(("with", "assumes"), "assignments"),
     "ros": "binding",
     "simulation": "simulation",
     "requirement": "requirement",

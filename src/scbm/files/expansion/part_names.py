@@ -44,7 +44,7 @@ _TEXT_SECTIONS = ("goals", "requirements")
 """Sections whose entries are texts with names."""
 
 _TEXT_KEYS = (
-    *("where", "request", "measures", "publishes", "with", "guard", "effects", "on_timeout"),
+    *("where", "request", "measures", "publishes", "with", "guard", "assumes", "effects", "on_timeout"),
     *("g", "gr", "a", "ar", "timedout", "actions", "goal"),
 )
 """Keys under which names stand, as texts or as keys; under all others are values, times and words."""

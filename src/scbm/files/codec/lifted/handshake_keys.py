@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from scbm.files.codec.key_types import ACTIONS, NAME_NODE, VALUE, NamesType, predicate_type
@@ -12,6 +13,11 @@ from scbm.model import Slug, format_value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from scbm.model import Resource
+
+
+_NAMES = re.compile(r"[A-Za-z_][\w.]*", re.ASCII)
 
 
 def _unwritten(_: object) -> None:
@@ -39,26 +45,33 @@ class HandshakeKeys(Keys):
         "With `request`: where the operation can start, apart from the free resource.",
         source=_unwritten,
     )
+    assumes = Key(
+        NamesType(VALUE, "variable → value"),
+        "With `request`: what the planner assumes that the reply measures: a value or another variable for each "
+        "variable. The operation completes only if the reply agrees, and fails otherwise.",
+        source=_unwritten,
+    )
     effects = Key(ACTIONS, "With `request`: what changes when the resource has succeeded.", source=_unwritten)
     on_timeout = Key(
         ACTIONS, "With `request`: what changes when the deadline passes; it needs a `deadline`.", source=_unwritten
     )
 
-    def refuse_odd_request(self, requests: Mapping[str, tuple[str, ...]], *, is_whole: bool) -> None:
-        """Note an unknown resource, a payload that the resource does not expect, and these keys without a request.
+    def refuse_odd_request(self, resources: Mapping[str, Resource], *, is_whole: bool) -> None:
+        """Note an unknown resource, what it neither expects nor measures, and these keys without a request.
 
         Args:
-            requests: the variables that the requests to each resource carry.
+            resources: the resources as they are written.
             is_whole: whether these are all resources of the model; if not, an unknown one is no error.
         """
         if not self.has("request"):
             self._refuse_without_request()
         elif self.request is not None:
             resource = self.request.text or ""
-            if resource in requests:
-                self._refuse_odd_payload(resource, requests[resource])
+            if resource in resources:
+                self._refuse_odd_payload(resource, resources[resource].request)
+                self._refuse_unmeasured(resource, resources[resource].measures)
             elif is_whole:
-                near = self.reader.report.suggestion(resource, requests, "the resources are", self.request.place)
+                near = self.reader.report.suggestion(resource, resources, "the resources are", self.request.place)
                 remedy = near or f"add `{resource}` to `resources`"
                 message = f"there is no resource `{resource}`"
                 self.reader.add(Slug.UNKNOWN_RESOURCE, message, self.request.place, remedy)
@@ -74,6 +87,18 @@ class HandshakeKeys(Keys):
         """Return a value that a variable can have, as it is written."""
         variable = self.reader.scope.variables.get(name)
         return name if variable is None else format_value(variable.initial)
+
+    def _refuse_unmeasured(self, resource: str, measured: tuple[str, ...]) -> None:
+        """Note assumptions about what replies of the resource cannot carry, and those that read themselves."""
+        for entry in self.assumes or ():
+            if entry.name in _NAMES.findall(entry.node.text or ""):
+                message = f"the reply changes `{entry.name}`, so `{entry.name}` cannot say what is assumed"
+                self.reader.add(Slug.CONTRADICTION, message, entry.node.place, "write a value or another variable")
+            if entry.name in self.reader.scope.variables and entry.name not in measured:
+                message = f"`{resource}` does not measure `{entry.name}`"
+                remedy = suggestion(entry.name, measured, "it measures")
+                remedy = remedy or f"list `{entry.name}` under `measures` of `{resource}`, or write it under `effects`"
+                self.reader.add(Slug.UNKNOWN_VARIABLE, message, entry.place, remedy)
 
     def _refuse_odd_payload(self, resource: str, carried: tuple[str, ...]) -> None:
         """Note what `with` has too much, else what it misses."""
