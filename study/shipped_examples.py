@@ -26,6 +26,7 @@ EXAMPLES = {
     "robot_in_the_air/after": "the paper's example",
     "agv_line/cell": "AGV line",
     "gripper/cell": "gripper",
+    "sorting_belt/cell": "sorting belt",
     "packml/cell": "PackML machine",
     "dual_cnc/cell": "cell with two CNC machines",
     "delivery/cell": "imported delivery",

@@ -40,6 +40,9 @@ EXAMPLES: dict[str, ExampleCell] = {
     "gripper": ExampleCell(
         "gripper/cell.yaml", "loaded", "grip/failed", "a robot with a gripper that loads a machine; the smallest one"
     ),
+    "sorting": ExampleCell(
+        "sorting_belt/cell.yaml", "sorted", "look/failed", "a belt, a gate, and a camera that may see nothing"
+    ),
     "packml": ExampleCell(
         "packml/cell.yaml",
         "pallet_full",
