@@ -13,7 +13,7 @@ from scbm.closing.advice.doubts import Doubt, variables_in_use
 from scbm.closing.proofs.blame import blame
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.closing.summaries import listed
-from scbm.model import Outcome, Severity, Slug, conjunction, format_value
+from scbm.model import Constant, Equal, Outcome, Reference, RequestState, Severity, Slug, conjunction, format_value
 from scbm.model.predicates import conjuncts
 from scbm.model.sources import changed_from_outside, is_triggered
 
@@ -42,12 +42,13 @@ def doubts_about_replies(model: BehaviorModel) -> Iterator[Doubt]:
     waiting = [each for each in model.operations if any(name in names for name in each.post.running_guard.reads())]
     explained: list[tuple[str, str]] = []
     if waiting:
-        possible, possible_of_sent, possible_of_all = (
-            ValueSets(model.running_space, possible_values(_with_replies(model, measured, values)))
-            for values in (_drawn, _sent, _all)
+        drawn, sent, free = (
+            possible_values(_with_replies(model, measured, values)) for values in (_drawn, _sent, _all)
         )
+        possible_of_sent, possible_of_all = (ValueSets(model.running_space, values) for values in (sent, free))
         for operation in waiting:
             guard = operation.post.running_guard
+            possible = ValueSets(model.running_space, drawn | _replied(operation, model, outside))
             parts = blame((guard,), possible.can_hold) if possible_of_all.can_hold(guard) else ()
             blamed = [pair for pair in measured if pair[1].name in conjunction(parts).reads()]
             if blamed:
@@ -74,6 +75,23 @@ def _drawn(resource: Resource, variable: Variable) -> tuple[Value, ...]:
         for value in each.possible
     ]
     return tuple(value for value in variable.domain.values if value in drawn)
+
+
+def _replied(operation: Operation, model: BehaviorModel, outside: Sequence[str]) -> dict[str, tuple[Value, ...]]:
+    """Return the values of variables that each successful reply carries, when the operation that awaits it completes.
+
+    A value from before the reply is gone then, unless an automatic transition assigns it again.
+    """
+    awaited = conjuncts(operation.post.running_guard)
+    succeeded = Constant(RequestState.SUCCEEDED.value)
+    carried = {
+        each.name: each.possible
+        for resource in model.resources
+        if Equal(Reference(resource.request_state), succeeded) in awaited
+        for each in resource.drawn(Outcome.SUCCEED)
+    }
+    changed = [*outside, *(a.target for each in model.automatic_transitions for a in each.running_actions)]
+    return {name: values for name, values in carried.items() if name not in changed}
 
 
 def _sent(resource: Resource, variable: Variable) -> tuple[Value, ...]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scbm.closing.proofs.blame import conjuncts
 from scbm.model import (
     Assign,
     Constant,
@@ -25,7 +24,7 @@ from scbm.model import (
     conjunction,
 )
 from scbm.model.distinguished_values import distinguishing_values
-from scbm.model.predicates import TRUE
+from scbm.model.predicates import TRUE, conjuncts
 from scbm.model.sources import free_groups, inputs
 from scbm.model.variables import PLAN_STATE
 from scbm.testing.request_protocol import sets

@@ -62,9 +62,18 @@ def test_a_value_that_something_else_gives_is_not_doubted() -> None:
     assert _doubts("{measures: {n: [0]}}", ("automatic_transitions:\n", f"automatic_transitions:\n{reset}")) == []
     guess = "environment:\n  guess: {guard: n == 0, actions: [n <- 3]}\n"
     assert _doubts("{measures: {n: [0]}}", more=guess) == []
-    assert (
-        _doubts("{measures: {n: [0]}}", ("{domain: 0..3, initial: 0}", "{domain: 0..3, initial: 0, random: any}")) == []
-    )
+    random = ("{domain: 0..3, initial: 0}", "{domain: 0..3, initial: 0, random: any}")
+    assert [doubt.severity for doubt in _doubts("{measures: {n: any}}", random)] == [Severity.NOTE]
+
+
+def test_a_value_from_before_the_reply_does_not_count_if_each_reply_carries_another() -> None:
+    random = ("{domain: 0..3, initial: 0}", "{domain: 0..3, initial: 0, random: any}")
+    refill = ("operations:\n", "operations:\n  refill: {pre: {g: n < 3}, post: {g: true, a: [n <- 3]}}\n")
+    for camera in ("{measures: {n: [0, 1]}}", "{measures: {n: any}, simulation: {measured: {n: {0: 1, 3: 0}}}}"):
+        assert [doubt.path for doubt in _doubts(camera, random)] == [POST]
+        assert [doubt.path for doubt in _doubts(camera, refill)] == [POST]
+    assert _doubts("{measures: {n: [0, 3]}}", refill) == []
+    assert [doubt.path for doubt in _doubts("{measures: {n: any}}", refill)] == [MEASURES]
 
 
 def test_a_postcondition_that_can_never_hold_for_another_reason_is_no_doubt_about_replies() -> None:
