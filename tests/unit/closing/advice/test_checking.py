@@ -12,8 +12,10 @@ from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, Slug
 from scbm.testing import RandomCases, Tester
 from support.models import scan_cell
+from support.profiles import longer_but_one_in
 
 ROOT = Path(__file__).parents[4]
+SOUND = sorted((*(ROOT / "examples").glob("*/*.yaml"), *(ROOT / "study" / "models").glob("*.yaml")))
 
 
 def _doubts(*replacements: tuple[str, str], more: str = "") -> list[Doubt]:
@@ -30,6 +32,11 @@ def test_the_example_raises_no_doubt(name: str) -> None:
     assert checked.doubts == ()
     assert (checked.initial_states, checked.complete) == (12, True)
     assert checked.reachable == {"before": 190, "after": 152}[name]
+
+
+@pytest.mark.parametrize("path", longer_but_one_in(10, SOUND), ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_no_example_and_no_model_of_the_study_raises_a_doubt(path: Path) -> None:
+    assert check_model(load_model(path)).doubts == ()
 
 
 def test_a_good_model_raises_no_doubt() -> None:
