@@ -6,19 +6,19 @@ import os
 import re
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.closing.proof_reasons import REASONS_SUFFIX, read_reasons
 from scbm.closing.proved_statuses import assumed_by
-from scbm.files import digest_of, open_input, read_file
+from scbm.files import digest_of, open_input, read_file, without_detours
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.json_reader import JsonError, read_json
 from scbm.proofcheck import RunsArgument
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+    from pathlib import Path
 
     from scbm.model import BehaviorModel
     from scbm.proofcheck import Certificate, CertificateFlaw
@@ -179,7 +179,7 @@ def open_certificate(path: Path) -> CertificateFile:
 
     text = _read(path)
     certificate, model_file = read_certificate_file(text, str(path))
-    model_path = None if model_file is None else normalised(path.parent / model_file)
+    model_path = None if model_file is None else without_detours(path.parent / model_file)
     return CertificateFile(certificate, path, model_path, read_reasons(path, certificate))
 
 
@@ -204,15 +204,9 @@ def model_path_in(text: str, path: Path) -> Path | None:
     """
     named = _MODEL_FILE.search(text)
     try:
-        return None if named is None else normalised(path.parent / str(read_json(named[1], len(text))))
+        return None if named is None else without_detours(path.parent / str(read_json(named[1], len(text))))
     except JsonError:
         return None
-
-
-def normalised(path: Path) -> Path:
-    """Return the path without `..`, unless symbolic links make that a different path."""
-    short = Path(os.path.normpath(path))
-    return short if short.resolve() == path.resolve() else path
 
 
 def _read(path: Path) -> str:

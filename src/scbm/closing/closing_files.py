@@ -11,10 +11,10 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_path_in, normalised
+from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_path_in
 from scbm.closing.proof_reasons import REASONS_SUFFIX, is_reasons_text, reasons_text
 from scbm.closing.summaries import in_few_words
-from scbm.files import FileWriter, open_input
+from scbm.files import FileWriter, open_input, real_path, without_detours
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
 from scbm.planning import planner_of_random_runs
 
@@ -83,10 +83,10 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
         shown = _seen_from(certificates[name].parent, model_file)
         texts[certificates[name]] = certificate_text(certificate, shown)
         texts[certificates[name].with_suffix(REASONS_SUFFIX)] = reasons_text(certificate, reasons)
-    kept = {path.resolve() for path in suite}
+    kept = {real_path(path) for path in suite}
     _refuse_to_lose(texts, kept, model_file)
     before = _written_before(directory, model_file)
-    removed = tuple(path for path in before if path not in texts and path.resolve() not in kept)
+    removed = tuple(path for path in before if path not in texts and real_path(path) not in kept)
     FileWriter([(path, "a case file") for path in suite], model_file).write_all(texts, overwrite=True)
     _remove(removed)
     return ClosingFiles(directory, cases, certificates, removed)
@@ -140,7 +140,7 @@ def _what_would_be_lost(path: Path, text: str, kept: Collection[Path], model_fil
     if not os.path.lexists(path) or _text_of(path) == text:
         return
     message, remedy = "this file exists already, and closing did not write it", "or move this file away"
-    if _is_own(path) and path.resolve() not in kept:
+    if _is_own(path) and real_path(path) not in kept:
         other = _other_model(path, model_file)
         if other is None:
             return
@@ -162,7 +162,7 @@ def _other_model(path: Path, model_file: Path) -> Path | None:
     """Return the model file of a file that closing wrote, if it is a different one."""
     try:
         named = _model_in(path)
-        return None if named is None or named.resolve() == model_file.resolve() else named
+        return None if named is None or real_path(named) == real_path(model_file) else named
     except (InputError, OSError, ValueError):
         return None  # damaged: it belongs to no model
 
@@ -176,7 +176,7 @@ def _model_in(path: Path) -> Path | None:
     from scbm.files import open_case  # noqa: PLC0415 - as above
 
     named = open_case(path).model_path
-    return None if named is None else normalised(named)
+    return None if named is None else without_detours(named)
 
 
 def _entries(directory: Path, suffix: str) -> Sequence[Path]:

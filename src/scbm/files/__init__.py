@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from scbm.files.language.quantities import parse_duration, parse_share
     from scbm.files.language.scope import Scope, Where
     from scbm.files.spelling import nearest, suggestion
-    from scbm.files.yaml.text_files import open_input, read_file
+    from scbm.files.yaml.text_files import open_input, read_file, real_path, without_detours
 
 __all__ = [
     "CaseDocument",
@@ -89,9 +89,11 @@ __all__ = [
     "read_model",
     "read_network",
     "read_waivers",
+    "real_path",
     "suggestion",
     "waivers_schema",
     "with_goals",
+    "without_detours",
     "write_case",
     "write_model",
     "write_network",
@@ -117,6 +119,6 @@ __getattr__ = lazy_exports(
         "language.quantities": "parse_duration parse_share",
         "language.scope": "Scope Where",
         "spelling": "nearest suggestion",
-        "yaml.text_files": "open_input read_file",
+        "yaml.text_files": "open_input read_file real_path without_detours",
     },
 )

@@ -319,3 +319,19 @@ def test_a_wrong_network_is_reported(scbm: Scbm, verb: tuple[str, ...]) -> None:
     assert (ran.code, ran.err.count("--network:1:")) == (2, 2)
     assert "error[not-a-share]" in ran.err
     assert "`jitter`" in ran.err
+
+
+# names of files that lead nowhere
+
+
+@pytest.mark.parametrize("model", ["round.yaml", '"a\\0b.yaml"'])
+def test_a_case_whose_model_can_be_no_file_runs_with_the_model_of_the_command(
+    scbm: Scbm, tmp_path: Path, model: str
+) -> None:
+    (tmp_path / "round.yaml").symlink_to("round.yaml")
+    path = _write(tmp_path, "scans.yaml", CASE.replace("reached", "aborted") + f"model: {model}\n")
+    ran = scbm("test", AFTER, path)
+    assert (ran.code, ran.err) == (1, "")
+    assert f"scbm replay {path} --model {AFTER}" in ran.out
+    alone = scbm("replay", path)
+    assert (alone.code, diagnostic_heads(alone.err)) == (2, [f"{path}:5:8: error[file-missing]"])

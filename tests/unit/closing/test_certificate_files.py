@@ -16,6 +16,7 @@ from scbm.closing.certificate_files import (
     model_path_in,
     open_certificate,
 )
+from scbm.files import load_model
 from scbm.model import InputError, Slug
 from scbm.proofcheck import GoalRuns, RunsArgument, Situation, certificate_text
 from support.closings import closing_of
@@ -60,6 +61,16 @@ def test_a_path_through_a_link_stays_as_it_is(tmp_path: Path) -> None:
     path = tmp_path / "link" / "x.json"
     path.write_text(certificate_text(CERTIFICATE, "../cell.yaml"), encoding="utf-8")
     assert open_certificate(path).required_model_path().resolve() == tmp_path / "a" / "cell.yaml"
+
+
+@pytest.mark.parametrize("model_file", ["round.yaml", "../round.yaml/x.yaml", "a\0b.yaml"])
+def test_a_name_that_leads_to_no_model_is_an_error_of_the_model(model_file: str, tmp_path: Path) -> None:
+    (tmp_path / "round.yaml").symlink_to("round.yaml")
+    path = tmp_path / "x.json"
+    path.write_text(certificate_text(CERTIFICATE, model_file), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        load_model(open_certificate(path).required_model_path())
+    assert raised.value.diagnostics[0].slug in {Slug.FILE_UNREADABLE, Slug.FILE_MISSING}
 
 
 def test_files_are_found_below_directories(tmp_path: Path) -> None:

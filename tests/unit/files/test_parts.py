@@ -353,6 +353,19 @@ def test_what_two_files_include_is_there_once(tmp_path: Path) -> None:
     assert [variable.name for variable in model.variables] == ["a"]
 
 
+@pytest.mark.parametrize("name", ["round.yaml", "round.yaml/door.yaml", '"a\\0b.yaml"', '"scbm:\\0"'])
+@pytest.mark.parametrize("use", ["include: [{}]", "parts: {{a: {{use: {}}}}}"])
+def test_a_name_that_leads_to_no_file_is_a_located_error(use: str, name: str, tmp_path: Path) -> None:
+    (tmp_path / "round.yaml").symlink_to("round.yaml")
+    path = written(tmp_path, cell=f"behavior_model: cell\n{use.format(name)}\n{OPERATION}")
+    with pytest.raises(InputError) as raised:
+        load_model(path)
+    (found,) = raised.value.diagnostics
+    assert found.slug in {Slug.FILE_UNREADABLE, Slug.FILE_MISSING}
+    assert (found.place.file, found.place.line, found.place.length) == (str(path), 2, len(name))
+    assert found.message.isprintable()
+
+
 def test_a_folder_can_be_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "cell").mkdir()
     (tmp_path / "parts").mkdir()

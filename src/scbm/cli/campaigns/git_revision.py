@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from scbm.cli.options.option_errors import option_error
-from scbm.files import load_model
+from scbm.files import load_model, real_path
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.mutants import SubjectKind
 
@@ -130,7 +130,7 @@ def _git(path: Path, *arguments: str, lines: Iterable[str] = ()) -> bytes | None
         arguments: the command.
         lines: what the command reads.
     """
-    directory = path.resolve().parent
+    directory = real_path(path).parent
     try:
         done = subprocess.run(  # noqa: S603 - no shell, and a fixed program
             ["git", "-C", str(directory), *arguments],  # noqa: S607 - the git of the user

@@ -9,7 +9,7 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
-from scbm.files import FileWriter, read_file
+from scbm.files import FileWriter, read_file, real_path
 from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
@@ -224,7 +224,7 @@ class Suite:
     def _model_of(self, written: WrittenCase) -> str:
         """Return the option for the model; empty if the case names this model itself."""
         named = written.model_path
-        is_this = named is not None and named.resolve() == self.file.resolve()
+        is_this = named is not None and real_path(named) == real_path(self.file)
         return "" if is_this else f" --model {quote(str(self.file))}"
 
     @property

@@ -24,8 +24,7 @@ from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.options.status_options import Certificates, WaiversFile, stored_evidence
 from scbm.cli.options.verb_options import FailUnder, Json, Missing
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
-from scbm.closing.certificate_files import normalised
-from scbm.files import FileWriter
+from scbm.files import FileWriter, without_detours
 from scbm.model import Diagnostic, InputError
 from scbm.reports import counted
 from scbm.reports.ci.history_json import history_json, smallest_json
@@ -90,7 +89,7 @@ def _places(path: str, store: Path) -> tuple[Path, ...]:
 def _found(path: str, store: Path) -> str:
     """Return the path to the file that a path of a store leads to; the path itself if there is no such file."""
     there = next((each for each in _places(path, store) if os.path.isfile(each)), None)  # noqa: PTH113 - a path too long is none
-    return path if there is None or there == Path(path) else str(normalised(there))
+    return path if there is None or there == Path(path) else str(without_detours(there))
 
 
 def _with_found_files(history: History, store: Path) -> History:

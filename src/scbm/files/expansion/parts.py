@@ -24,7 +24,7 @@ from scbm.files.language.scope import name_fault
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.document import YamlNode
 from scbm.files.yaml.instance_names import CopiedNames
-from scbm.files.yaml.text_files import read_file, read_tree
+from scbm.files.yaml.text_files import read_file, read_tree, real_path, without_detours
 from scbm.files.yaml.yaml_events import MAX_NODES
 from scbm.model import Diagnostic, InputError, Slug
 
@@ -54,7 +54,7 @@ def expand_parts(document: YamlNode, report: ErrorCollector, keys: PartKeyNames)
     """Return the tree of a model with what it includes and with its parts."""
     file = Path(document.place.file)
     expansion = _Expansion(PartFiles(file, report, keys), report)
-    whole = expansion.whole(document, (file.resolve(),), file)
+    whole = expansion.whole(document, (real_path(file),), file)
     prefixes: dict[str, list[str]] = {}
     for copied, prefix in expansion.copies:
         if prefix:
@@ -411,11 +411,9 @@ class PartFiles:
         shown = self._library_file(named, named.text) if named.text.startswith(LIBRARY) else user.parent / named.text
         if shown is None or not self._is_allowed(shown, named):
             return None
-        path = shown.resolve()
-        plain = Path(os.path.normpath(shown))
-        shown = plain if plain.resolve() == path else shown  # with a symbolic link before `..`, they may differ
+        path = real_path(shown)
         if path not in self._opened:
-            self._opened[path] = self._read(shown, path, named)
+            self._opened[path] = self._read(without_detours(shown), path, named)
         return self._opened[path]
 
     def _library_file(self, named: YamlNode, text: str) -> Path | None:
@@ -431,7 +429,7 @@ class PartFiles:
         """Return whether a part may be read from a path; note an error if it may not."""
         allowed = [self.model_file.parent, _LIBRARY_FOLDER]
         allowed += [Path(folder) for folder in os.environ.get(ALLOWED_FOLDERS, "").split(os.pathsep) if folder]
-        if any(path.resolve().is_relative_to(folder.resolve()) for folder in allowed):
+        if any(real_path(path).is_relative_to(real_path(folder)) for folder in allowed):
             return True
         message = f"`{named.text}` is outside the folder of the model"
         remedy = f"move it there, or name its folder in the environment variable {ALLOWED_FOLDERS}"

@@ -8,6 +8,7 @@ import re
 import shlex
 import stat
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 from scbm.files.spelling import nearest, suggestion
@@ -18,7 +19,6 @@ from scbm.model import Diagnostic, InputError, Place, Severity, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
-    from pathlib import Path
 
     from scbm.files.yaml.instance_names import CopiedNames
 
@@ -393,6 +393,20 @@ def read_file(path: Path, max_bytes: int = MAX_BYTES) -> str:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError([_not_utf8(data, error.start, path)]) from None
+
+
+def real_path(path: Path) -> Path:
+    """Return a path without symbolic links; the rest of a path that leads nowhere, such as in circles, stays."""
+    try:
+        return Path(os.path.realpath(path))
+    except ValueError:  # such as a NUL
+        return path
+
+
+def without_detours(path: Path) -> Path:
+    """Return a path without `..`; the same one if a symbolic link before `..` makes that a different file."""
+    short = Path(os.path.normpath(path))
+    return short if real_path(short) == real_path(path) else path
 
 
 def similar_file_remedy(path: Path) -> str | None:

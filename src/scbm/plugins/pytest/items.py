@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scbm.files import is_case_text, open_case
+from scbm.files import is_case_text, open_case, real_path
 from scbm.model import InputError
 from scbm.plugins.pytest import models_of
 from scbm.plugins.pytest.session_models import ModelResults, planner_words
@@ -120,7 +120,7 @@ class CaseItem(pytest.Item):
         command = f"scbm replay {shlex.quote(models.shown(self.path))}"
         assert self._document is not None  # noqa: S101 - it was run
         named = self._document.model_path
-        is_named = named is not None and (models.config.invocation_params.dir / named).resolve() == loaded.path
+        is_named = named is not None and real_path(models.config.invocation_params.dir / named) == loaded.path
         model = "" if is_named else f" --model {shlex.quote(loaded.shown)}"
         return f"{command}{model}{planner_of_replay(case, loaded.behavior, planner_words(models.config))}"
 

@@ -5,7 +5,6 @@ Results are those of a session, or of one of its workers: by model, in the order
 
 from __future__ import annotations
 
-import os
 import pickle
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from scbm.files import load_model
+from scbm.files import load_model, real_path, without_detours
 from scbm.model import InputError, PlannerChoice
 from scbm.testing import Campaign, Tester
 from scbm.testing.planner_override import override_planner, refuse_unknown_planner
@@ -196,8 +195,7 @@ class SessionModels:
     def shown(self, path: Path) -> str:
         """Return a path relative to the directory in which pytest was called, if it is below it."""
         directory = self.config.invocation_params.dir
-        plain = Path(os.path.normpath(path))
-        path = plain if plain.resolve() == path.resolve() else path  # `..` behind a link may lead elsewhere
+        path = without_detours(path)
         return str(path.relative_to(directory)) if path.is_relative_to(directory) else str(path)
 
     @property
@@ -217,7 +215,7 @@ class SessionModels:
 
     def load(self, path: Path) -> LoadedModel:
         """Return the model in a file; raise `InputError` with everything that is wrong with it."""
-        key = path.resolve()
+        key = real_path(path)
         if key not in self._loaded:
             self._loaded[key] = self._load(key, self.shown(path), planner_asked_for(self.config))
         loaded = self._loaded[key]
