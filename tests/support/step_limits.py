@@ -13,15 +13,20 @@ if TYPE_CHECKING:
 
 @contextmanager
 def step_limit(calls: int) -> Iterator[None]:
-    """Raise `AssertionError` in the code within once it has made more than `calls` calls of functions."""
+    """Raise `AssertionError` in the code within once it has made more than `calls` calls of functions.
+
+    Code that catches the error does not hide it: it is raised again at the end.
+    """
     left = calls
+    last = ""
 
     def count(frame: FrameType, event: str, _: object) -> None:
-        nonlocal left
+        nonlocal left, last
         if event == "call":
             left -= 1
             if left < 0:
-                raise AssertionError(f"more than {calls:,} calls, the last one of {frame.f_code.co_qualname}")
+                last = frame.f_code.co_qualname
+                raise AssertionError
 
     before = sys.getprofile()
     sys.setprofile(count)
@@ -29,3 +34,5 @@ def step_limit(calls: int) -> Iterator[None]:
         yield
     finally:
         sys.setprofile(before)
+        if last:
+            raise AssertionError(f"more than {calls:,} calls, the last one of {last}")

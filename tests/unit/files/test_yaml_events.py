@@ -12,7 +12,9 @@ from ruamel.yaml import YAML
 from scbm.files import read_model
 from scbm.files.codec import model_files
 from scbm.files.yaml import yaml_events
+from scbm.files.yaml.source_text import SourceText
 from scbm.model import InputError, Slug
+from support.step_limits import step_limit
 
 ROOT = Path(__file__).parents[3]
 TEXTS = [path.read_text() for path in sorted(ROOT.glob("tests/models/**/*.yaml")) if path.stat().st_size < 4_000]
@@ -44,7 +46,7 @@ def broken_texts(draw: st.DrawFn) -> str:
 
 @given(st.one_of(st.sampled_from(TEXTS), broken_texts()))
 def test_fast_events_are_those_of_the_parser_in_python(text: str) -> None:
-    fast = yaml_events.fast_events(text)
+    fast = yaml_events.fast_events(SourceText(text, "model"))
     if fast is not None:
         assert facts(fast) == facts(list(YAML(typ="safe", pure=True).parse(text)))
 
@@ -52,12 +54,12 @@ def test_fast_events_are_those_of_the_parser_in_python(text: str) -> None:
 def test_an_ordinary_model_is_read_by_the_parser_in_c() -> None:
     pytest.importorskip("_ruamel_yaml")
     text = (ROOT / "examples/robot_in_the_air/before.yaml").read_text()
-    assert yaml_events.fast_events(text) is not None
+    assert yaml_events.fast_events(SourceText(text, "model")) is not None
 
 
 @pytest.mark.parametrize("text", UNUSUAL)
 def test_the_parsers_may_differ(text: str) -> None:
-    assert yaml_events.fast_events(text) is None
+    assert yaml_events.fast_events(SourceText(text, "model")) is None
 
 
 @pytest.mark.parametrize(
@@ -75,3 +77,19 @@ def test_a_model_that_is_too_large_is_refused_by_its_size(
     with pytest.raises(InputError) as caught:
         read_model(text)
     assert [(each.slug, each.place.line) for each in caught.value.diagnostics] == [(Slug.YAML_TOO_LARGE, line)]
+
+
+@pytest.mark.parametrize("deep", ["[", "[a, ", "{", "{a: ", "{x: min(a, ["])
+def test_brackets_beyond_the_limit_are_not_read(deep: str) -> None:
+    with step_limit(10_000), pytest.raises(InputError) as caught:
+        read_model(f"v: {deep * 50_000}")
+    (found,) = caught.value.diagnostics
+    with pytest.raises(InputError) as caught:
+        read_model(f"v: {deep * 500} &b")  # by the parser in Python
+    assert (found.slug, (found.place,)) == (Slug.YAML_TOO_LARGE, tuple(each.place for each in caught.value.diagnostics))
+
+
+def test_brackets_in_texts_and_comments_are_no_levels() -> None:
+    deep = "[" * 100
+    text = f"a: '{deep}' # {deep}\nb: x{deep}\n# {deep}\n"
+    assert len(list(yaml_events.events_of(SourceText(text, "model")))) == 10

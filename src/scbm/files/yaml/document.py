@@ -26,15 +26,13 @@ from ruamel.yaml.events import (
 from scbm.files.spelling import nearest
 from scbm.files.yaml.cut_values import folded, may_be_cut, quoted, uncut_end
 from scbm.files.yaml.source_text import Scalar, SourceText
-from scbm.files.yaml.yaml_events import MAX_NODES, events_of, too_large, too_many_nodes
+from scbm.files.yaml.yaml_events import MAX_DEPTH, MAX_NODES, events_of, too_many_nodes
 from scbm.model import Place, Slug
 
 if TYPE_CHECKING:
     from ruamel.yaml.events import Event
 
     from scbm.files.yaml.text_files import ErrorCollector
-
-MAX_DEPTH = 30
 
 MAX_USED_NODES = 5_000
 """Nodes below aliases whose errors name the alias. A file with more of them would take seconds to copy: its further
@@ -188,22 +186,20 @@ class _Reader:
                 self._report.add(Slug.YAML_SYNTAX, message, place, "leave out the `---`, or write two files")
                 return root
             if isinstance(event, NodeEvent):
-                root = self._node(event, 0)
+                root = self._node(event)
             if isinstance(event, StreamEndEvent):
                 break
         return root
 
-    def _node(self, event: Event, depth: int) -> YamlNode:
+    def _node(self, event: Event) -> YamlNode:
         begin = event.start_mark.index
         if isinstance(event, AliasEvent):
             return self._alias(event)
         assert isinstance(event, (ScalarEvent, CollectionStartEvent))  # noqa: S101 - the parser says so
-        if depth > MAX_DEPTH:
-            raise too_large(self._source, f"nested more than {MAX_DEPTH} levels deep", begin)
         self._add_to_count(1, begin)
         if event.anchor is not None:
             self._anchors[event.anchor] = None  # until it is complete: it cannot stand inside itself
-        node = self._content(event, depth)
+        node = self._content(event)
         node.end = self._end
         if event.tag is not None:
             self._refuse_tag(event, node)
@@ -212,17 +208,17 @@ class _Reader:
             self._refuse_odd_anchor(event, node)
         return node
 
-    def _content(self, event: _Start, depth: int) -> YamlNode:
+    def _content(self, event: _Start) -> YamlNode:
         begin = self._content_begin(event)
         if isinstance(event, ScalarEvent):
             self._note_end(event)
             return self._scalar(event, begin)
         place = self._source.place(begin)
         if isinstance(event, MappingStartEvent):
-            return self._mapping(place, depth)
+            return self._mapping(place)
         elements = []
         while not isinstance(child := self._next_child(), SequenceEndEvent):
-            elements.append(self._node(child, depth + 1))
+            elements.append(self._node(child))
         self._note_end(child)
         size = 1 + sum(element.size for element in elements)
         return YamlNode([element.plain for element in elements], place, elements=elements, size=size)
@@ -270,11 +266,11 @@ class _Reader:
             event = next(self._events)
             depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
 
-    def _mapping(self, place: Place, depth: int) -> YamlNode:
+    def _mapping(self, place: Place) -> YamlNode:
         node = YamlNode({}, place)
         while not isinstance(event := self._next_child(is_key=True), MappingEndEvent):
-            key = self._node(event, depth + 1)
-            value = self._node(next(self._events), depth + 1)
+            key = self._node(event)
+            value = self._node(next(self._events))
             node.size += key.size + value.size
             self._enter(node, key, value)
         self._note_end(event)

@@ -13,13 +13,21 @@ from typing import TYPE_CHECKING
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
-from ruamel.yaml.events import AliasEvent, DocumentEndEvent, DocumentStartEvent, NodeEvent, ScalarEvent
+from ruamel.yaml.events import (
+    AliasEvent,
+    CollectionEndEvent,
+    CollectionStartEvent,
+    DocumentEndEvent,
+    DocumentStartEvent,
+    NodeEvent,
+    ScalarEvent,
+)
 
 from scbm.files.yaml.yaml_faults import yaml_fault
 from scbm.model import Diagnostic, InputError, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from ruamel.yaml.events import Event
 
@@ -41,18 +49,31 @@ It is compiled when it is needed: so many characters take 1 % of the time of a c
 MAX_NODES = 200_000
 """Maximum number of nodes of a document; a published model of 3,160 operations has 76,027."""
 
+MAX_DEPTH = 30
+"""Maximum number of levels of a document. Both parsers take time in the square of the number of open brackets."""
+
 
 def events_of(source: SourceText) -> Iterator[Event]:
-    """Yield the events of a YAML text. Raises `InputError` where it is not YAML, or has too many nodes."""
-    fast = fast_events(source.text)
+    """Yield the events of a YAML text. Raises `InputError` where it is not YAML, has too many nodes or is too deep."""
+    fast = fast_events(source)
     if fast is not None:
         _refuse_many(fast, source)
         yield from fast
         return
     try:
-        yield from YAML(typ="safe", pure=True).parse(source.text)
+        yield from _of_limited_depth(YAML(typ="safe", pure=True).parse(source.text), source)
     except _FAULTS as error:
         raise InputError([yaml_fault(error, source)]) from None
+
+
+def _of_limited_depth(events: Iterable[Event], source: SourceText) -> Iterator[Event]:
+    """Yield events as the parser finds them. Raises `InputError` at the first node that is too deep."""
+    depth = 0
+    for event in events:
+        if depth > MAX_DEPTH and isinstance(event, NodeEvent):
+            raise too_large(source, f"nested more than {MAX_DEPTH} levels deep", event.start_mark.index)
+        depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
+        yield event
 
 
 def too_many_nodes(source: SourceText, index: int) -> InputError:
@@ -76,15 +97,23 @@ def _refuse_many(events: Sequence[Event], source: SourceText) -> None:
         raise too_many_nodes(source, surplus.start_mark.index)
 
 
-def fast_events(text: str) -> list[Event] | None:
-    """Return the events by the parser in C; `None` if it is not installed, or where the parsers could differ."""
+def fast_events(source: SourceText) -> list[Event] | None:
+    """Return the events by the parser in C; `None` if it is not installed, or where the parsers could differ.
+
+    Raises `InputError` where the text is too deep.
+    """
+    text = source.text
     if not _PLAIN.fullmatch(text) and re.search(_UNUSUAL, text):
         return None
+    events: list[Event] = []
     try:
-        events = list(YAML(typ="safe").parse(text))
+        for event in _of_limited_depth(YAML(typ="safe").parse(text), source):
+            if _is_doubtful(event):
+                return None
+            events.append(event)
     except _FAULTS:
         return None
-    return None if any(map(_is_doubtful, events)) else events
+    return events
 
 
 def _is_doubtful(event: Event) -> bool:
