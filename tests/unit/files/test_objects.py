@@ -13,6 +13,7 @@ from published.plants import factory
 
 from scbm.files import digest_of, load_model, read_located, read_model, write_model
 from scbm.files.codec.binding_keys import RosKeys
+from scbm.files.expansion import static_facts
 from scbm.files.expansion.formulas import IndexedName
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
 from scbm.files.expansion.lifted_parser import LiftedParser
@@ -151,6 +152,26 @@ def joining(objects: int, where: str) -> str:
 def test_parameters_that_conditions_join_are_not_enumerated_apart() -> None:
     """With 300 objects, the 27 million choices of three parameters would be too many to try."""
     assert len(read_model(joining(300, "r == s && next(s, t)")).operations) == 299
+
+
+@pytest.mark.parametrize(
+    ("types", "line"),
+    [
+        ("  a: [a1, a2]\n  b: {objects: [b1]}\n  c: {of: b, objects: [c1, wrong name]}\n", 4),
+        ("  a: [a1, a2, a3, wrong name]\n  b: [also wrong]\n", 2),
+        ("  a: []\n  b: {of: c}\n  c: {}\n  d: [wrong name]\n", 5),
+    ],
+)
+def test_too_many_objects_are_one_error_before_they_are_read(
+    types: str, line: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(static_facts, "MAX_OBJECTS", 3)
+    monkeypatch.setattr(static_facts, "MAX_TYPES", 3)
+    text = f"types:\n{types}behavior_model: cell\nvariables: {{at: {{domain: d, initial: d1}}}}\n"
+    text += "operations:\n  go[x in c, y in d]: {pre: {g: at == d1}, post: {g: true, a: [at <- y]}}\n"
+    with pytest.raises(InputError) as raised:
+        read_model(text)
+    assert [(each.slug, each.place.line) for each in raised.value.diagnostics] == [(Slug.TOO_MANY_INSTANCES, line)]
 
 
 def test_a_refusal_names_the_number_of_instances() -> None:

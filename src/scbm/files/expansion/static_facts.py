@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from scbm.files.expansion.stage_keys import shared_section
@@ -24,6 +25,12 @@ WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 QUANTIFIERS = ("forall", "exists", "count")
 """The words that begin a quantifier; they are keywords only before a parameter."""
+
+MAX_OBJECTS = 10_000
+"""The maximum number of objects that the types of a file list: as many as an entry may have instances."""
+
+MAX_TYPES = 200
+"""The maximum number of types of a file; each may have the objects of all others."""
 
 _TABLE_KEYS = ("of", "rows")
 
@@ -86,7 +93,10 @@ class _FactsReader:
     def __init__(self, report: ErrorCollector, *, misses_names: bool) -> None:
         self._report = report
         self._misses_names = misses_names
-        self._own: dict[str, list[str]] = {}
+        self._reserved = (*keywords(), *QUANTIFIERS)
+        self._own: dict[str, dict[str, None]] = {}
+        self._listed = 0
+        self._members: dict[str, frozenset[str]] = {}
         self._parents: dict[str, str] = {}
         self._places: dict[str, Place] = {}
         self._unread: dict[str, None] = {}
@@ -94,14 +104,16 @@ class _FactsReader:
         self._errors = len(report)
 
     def facts(self, types: YamlNode | None, tables: YamlNode | None) -> StaticFacts:
-        rejected = self._rejected(types)
-        for name, node in self._entries(types, "types", "{zone: [a, b]}"):
-            self._read_type(name, node)
-        for name, node in rejected.items():  # so that their objects are checked, and uses of their names are no errors
+        named = self._entries(types, "types", "{zone: [a, b]}")
+        rejected = self._rejected(types)  # so that their objects are checked, and uses of their names are no errors
+        for name, node in chain(named, rejected.items()):
+            if self._is_too_large(node, _key(types, name)):
+                break
             self._read_type(name, node)
         self._check_parents(types)
         self._is_whole = len(self._report) == self._errors and not self._misses_names
         objects = _with_subtypes(self._own, self._parents)
+        self._members = {name: frozenset(found) for name, found in objects.items()}
         read: dict[str, ObjectTable] = {}
         for name, node in self._entries(tables, "tables", "{near: {of: [zone, zone], rows: [[a, b]]}}"):
             if name in objects:
@@ -138,7 +150,7 @@ class _FactsReader:
         if not WORD.fullmatch(text):
             message = f"`{text}` is not {what}"
             self._add(Slug.BAD_NAME, message, place, "write letters, digits and `_`, and begin with a letter")
-        elif text in keywords() or text in QUANTIFIERS:
+        elif text in self._reserved:
             self._add(Slug.RESERVED_NAME, f"`{text}` is a reserved word", place, "choose another word")
         else:
             return True
@@ -146,8 +158,19 @@ class _FactsReader:
 
     # types
 
+    def _is_too_large(self, node: YamlNode, place: Place) -> bool:
+        """Return whether a type is one too many, or lists too many objects, which is noted before they are read."""
+        self._listed += len((node.get("objects") or node).elements)
+        for count, most, noun in ((len(self._own) + 1, MAX_TYPES, "types"), (self._listed, MAX_OBJECTS, "objects")):
+            if count > most:
+                message = f"`types` lists more than {most:,} {noun}"
+                self._add(Slug.TOO_MANY_INSTANCES, message, place, f"use fewer {noun}")
+                self._misses_names = True
+                return True
+        return False
+
     def _read_type(self, name: str, node: YamlNode) -> None:
-        self._own[name] = []
+        self._own[name] = {}
         listed: YamlNode | None = node
         if isinstance(node.plain, dict):
             for key in node.items:
@@ -186,7 +209,7 @@ class _FactsReader:
         elif text in self._own[name]:
             self._add(Slug.DUPLICATE_VALUE, f"`{text}` is listed twice", element.place)
         elif self._is_word(text, element.place, "an object: their names join to ground names"):
-            self._own[name].append(text)
+            self._own[name][text] = None
             self._places.setdefault(text, element.place)
 
     def _check_parents(self, types: YamlNode | None) -> None:
@@ -207,10 +230,12 @@ class _FactsReader:
 
     def _ancestors(self, name: str) -> list[str]:
         """Return the parent of a type, its parent and so on; up to the first that repeats."""
-        found: list[str] = []
-        while (parent := self._parents.get(found[-1] if found else name)) is not None and parent not in found:
-            found.append(parent)
-        return found
+        found: dict[str, None] = {}
+        parent = self._parents.get(name)
+        while parent is not None and parent not in found:
+            found[parent] = None
+            parent = self._parents.get(parent)
+        return list(found)
 
     # tables
 
@@ -267,7 +292,7 @@ class _FactsReader:
         for cell, kind in zip(cells, kinds, strict=True):
             if cell.condemned:
                 is_right = False
-            elif kind in objects and cell.text not in objects[kind] and self._is_whole:
+            elif kind in objects and cell.text not in self._members[kind] and self._is_whole:
                 remedy = suggestion(cell.text or "", objects[kind], "its objects are")
                 message = f"`{cell.text}` is not an object of the type `{kind}`"
                 self._add(Slug.UNKNOWN_OBJECT, message, cell.place, remedy)
