@@ -10,6 +10,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scbm.model.slugs import Slug
+from scbm.model.visible_text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,9 +77,14 @@ class Diagnostic:
     source_line: str | None = None
     severity: Severity = Severity.ERROR
 
+    def __post_init__(self) -> None:
+        """Make both texts printable: they quote files, options and peers."""
+        object.__setattr__(self, "message", printable(self.message))
+        object.__setattr__(self, "remedy", None if self.remedy is None else printable(self.remedy))
+
     def __str__(self) -> str:
         """Return `file:line:column: error[slug]: message`, the line with a caret, and the remedy."""
-        lines = [f"{self.place}: {self.severity}[{self.slug}]: {self.message}"]
+        lines = [f"{printable(str(self.place))}: {self.severity}[{self.slug}]: {self.message}"]
         if self.source_line is not None and self.place.column:
             lines += _excerpt(self.source_line, self.place)
         if self.remedy:

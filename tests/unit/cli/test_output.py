@@ -17,15 +17,16 @@ from rich.text import Text
 
 from conftest import Ran
 from scbm.cli.campaigns.node_setup import warn
-from scbm.cli.output.terminal import TerminalOutput, escaped, folded, in_one_line, write_json
+from scbm.cli.output.terminal import TerminalOutput, folded, write_json
 from scbm.model import Diagnostic, Place, Slug
+from scbm.model.visible_text import escaped, in_one_line
 
 ROOT = Path(__file__).parents[3]
 CLEAR, RED_C1, BACKWARDS = "\x1b[2J", "\x9b31m", "\u202e"
 ACTING = [chr(number) for number in (*range(32), *range(0x7F, 0xA0), 0x200E, 0x2028, 0x202E, 0x2066, 0x2069)]
 
 
-@pytest.mark.parametrize("character", [character for character in ACTING if character not in "\t\n"])
+@pytest.mark.parametrize("character", [character for character in ACTING if character not in "\t\n\r"])
 def test_what_acts_on_a_terminal_is_shown_by_its_number(character: str) -> None:
     number = ord(character)
     shown = f"\\x{number:02x}" if number < 256 else f"\\u{number:04x}"
@@ -74,7 +75,7 @@ def test_a_diagnostic_shows_what_a_file_says_of_controls() -> None:
 def test_what_a_peer_says_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     warn(f"x\nscbm: {CLEAR}y")
     assert capsys.readouterr().err == "scbm: x\\nscbm: \\x1b[2Jy\n"
-    assert in_one_line("a\r\nb") == "a\\x0d\\nb"
+    assert in_one_line("a\r\nb") == "a\\r\\nb"
 
 
 def test_json_has_no_controls_either_and_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:

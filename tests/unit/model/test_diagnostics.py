@@ -98,6 +98,12 @@ def test_control_characters_are_replaced_so_that_they_do_nothing_to_the_terminal
     assert caret == " " * 8 + "^"
 
 
+def test_texts_are_printable_wherever_they_come_from() -> None:
+    found = Diagnostic(Slug.BAD_PDDL, "`\x1b[2J\n\u202e`", Place("a\x9b.pddl"), "write `\u200b\udcff`, größer")
+    assert (found.message, found.remedy) == ("`\\x1b[2J\\n\\u202e`", "write `\\u200b\\udcff`, größer")
+    assert str(found).replace("\n", "").isprintable()
+
+
 def test_a_line_keeps_its_letters_of_all_scripts() -> None:
     assert shown("größe: ∧ 模型", 1, 5) == ["größe: ∧ 模型", "^~~~~"]
 

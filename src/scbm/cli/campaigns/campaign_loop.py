@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.output.progress import CampaignProgress, MinuteLines, bar
-from scbm.cli.output.terminal import errors, in_one_line
+from scbm.cli.output.terminal import errors
 from scbm.model import InputError
+from scbm.model.visible_text import in_one_line
 from scbm.reports import counted
 from scbm.testing import Campaign
 from scbm.testing.batches.batch_summary import BatchSummary, SummaryBuilder, merge

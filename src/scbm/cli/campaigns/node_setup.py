@@ -10,9 +10,10 @@ import sys
 from functools import partial
 from typing import TYPE_CHECKING
 
-from scbm.cli.output.terminal import errors, in_one_line, results
+from scbm.cli.output.terminal import errors, results
 from scbm.files import digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.visible_text import in_one_line
 from scbm.nodes import Bus, BusError, NodeContext, ServedNode, beyond_reach, new_status, serve
 from scbm.nodes.buses.transports import TRANSPORTS
 

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 
 from scbm.cli.campaigns.node_setup import bus_error, warn
 from scbm.cli.options.node_options import transport_option
-from scbm.cli.output.terminal import errors, in_one_line
+from scbm.cli.output.terminal import errors
 from scbm.files import FileWriter, digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.visible_text import in_one_line
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
 from scbm.nodes.event_log import write_event_log

@@ -18,18 +18,14 @@ from rich.console import Console
 from rich.text import Text
 
 from scbm.model import Severity
+from scbm.model.visible_text import ACTING, escaped, in_one_line
 from scbm.reports import counted
+from scbm.reports.terminal.visible_lines import visible_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.model import Diagnostic
-
-_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
-"""Control characters and bidirectional marks, except tabs and line feeds."""
-
-_IN_A_LINE = re.compile(rf"{_CONTROLS.pattern}|\n")
-"""Characters that are escaped within one line: control characters and line feeds."""
 
 _BEFORE_COMMENT = "   "
 """The blanks between a command and its comment."""
@@ -56,32 +52,6 @@ def redirect_to_null(stream: IO[str]) -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
-
-
-def escaped(text: str) -> str:
-    """Return the text with control characters shown as hexadecimal escapes: it may come from files and peers."""
-    return _CONTROLS.sub(_visible, text)
-
-
-def in_one_line(text: str) -> str:
-    """Return the text as one line: control characters and line feeds are escaped."""
-    return _IN_A_LINE.sub(_visible, text)
-
-
-def _visible(match: re.Match[str]) -> str:
-    number = ord(match[0])
-    if match[0] == "\n":
-        return "\\n"
-    return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}"  # noqa: PLR2004 - two hexadecimal digits suffice
-
-
-def _shown(text: Text, acting: re.Pattern[str]) -> Text:
-    """Return a styled text with the characters that match `acting` escaped; styles keep their places."""
-    shown, end = text.blank_copy(), 0
-    for match in acting.finditer(text.plain):
-        shown.append_text(text[end : match.start()]).append(_visible(match))
-        end = match.end()
-    return shown.append_text(text[end:]) if end else text
 
 
 def report_columns() -> int:
@@ -156,13 +126,13 @@ class TerminalOutput:
 
     def line(self, text: Text | str = "") -> None:
         """Print one line of text, or several."""
-        shown = Text(escaped(text)) if isinstance(text, str) else _shown(text, _CONTROLS)
+        shown = Text(escaped(text)) if isinstance(text, str) else visible_line(text, ACTING)
         self._console.print(shown, soft_wrap=True, highlight=False, markup=False)
 
     def lines(self, texts: Iterable[Text]) -> None:
         """Print lines; a line feed within one of them comes from a file or a peer, and is escaped."""
         for text in texts:
-            shown = _shown(text, _IN_A_LINE)
+            shown = visible_line(text)
             for line in [shown] if self._columns is None else folded(shown, self._columns):
                 self.line(line)
 
@@ -192,7 +162,7 @@ def write_json(data: dict[str, Any]) -> None:
     """Print data as JSON to the standard output."""
     try:
         text = json.dumps(data, indent=2, ensure_ascii=False)
-        sys.stdout.write(_CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text) + "\n")
+        sys.stdout.write(ACTING.sub(lambda match: f"\\u{ord(match[0]):04x}", text) + "\n")
         sys.stdout.flush()
     except BrokenPipeError:
         redirect_to_null(sys.stdout)

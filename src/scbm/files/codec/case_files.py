@@ -21,6 +21,7 @@ from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree, similar_file_remedy
 from scbm.files.yaml.yaml_writer import FlowMapping, dump, dump_folded
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.visible_text import printable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -210,5 +211,4 @@ def write_network(network: Network) -> str:
 
 
 def _comment(line: str) -> str:
-    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in line)
-    return f"# {shown}".rstrip()
+    return f"# {printable(line)}".rstrip()

@@ -294,10 +294,10 @@ def _number_of_users(place: Place) -> int:
 
 
 def _shown(words: str) -> str:
-    """Return a text as one line of limited length without control characters."""
-    if len(words) > _MAX_CHARACTERS:
-        words = f"{words[: _MAX_CHARACTERS // 2]} … {words[-_MAX_CHARACTERS // 2 :]}"
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in words)
+    """Return a text of limited length."""
+    if len(words) <= _MAX_CHARACTERS:
+        return words
+    return f"{words[: _MAX_CHARACTERS // 2]} … {words[-_MAX_CHARACTERS // 2 :]}"
 
 
 MAX_BYTES = 4 * 1024 * 1024

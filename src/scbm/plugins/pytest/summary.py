@@ -14,10 +14,12 @@ from rich.text import Text
 
 from scbm.files import read_file
 from scbm.model import InputError
+from scbm.model.visible_text import in_one_line
 from scbm.plugins.pytest.session_models import ModelResults
 from scbm.plugins.pytest.session_statuses import shortfalls, thresholds_of, words_of
 from scbm.reports import Setting, counted, coverage_report
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
+from scbm.reports.terminal.visible_lines import visible_line
 from scbm.store import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
@@ -77,12 +79,12 @@ def summarize(models: SessionModels, terminal: pytest.TerminalReporter, *, judge
         for number, part in enumerate(parts):
             statuses = models.statuses.of(part)
             for text in _full(part, statuses, is_first=not number) if style == "full" else _short(part, statuses):
-                terminal.write_line(_rendered(text, coloured=terminal.hasmarkup))
+                terminal.write_line(_rendered(visible_line(text), coloured=terminal.hasmarkup))
     recordings = list(models.results.recordings())
     if recordings:
         terminal.write_sep("=", "recorded results")
         for line in recordings:
-            terminal.write_line(line)
+            terminal.write_line(in_one_line(line))
     if judged:
         found = find_shortfalls(models)
         reached = [f"Required coverability of {words_of(each)} reached." for each in thresholds_of(models.config)]

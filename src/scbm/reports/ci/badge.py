@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING
 
-from scbm.reports.ci.xml_text import visible
+from scbm.model.visible_text import escaped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,9 +57,9 @@ def badge_svg(
     folded = "" if lifted is None else f", {lifted} lifted"
     value = f"{figure}{folded}" if coverable is None else f"{figure}{folded}, {coverable} of what can be covered"
     left, right = _width(label), _width(value)
-    name = escape(visible(f"{label}: {value}"))
+    name = escape(escaped(f"{label}: {value}"))
     assumed = f". Proofs assume: {' '.join(assumptions)}" if assumptions else ""
-    title = escape(visible(f"{label}: {value}{assumed}"))
+    title = escape(escaped(f"{label}: {value}{assumed}"))
     return f"""\
 <svg xmlns="http://www.w3.org/2000/svg" width="{left + right}" height="20" role="img" aria-label="{name}">
   <title>{title}</title>
@@ -77,7 +77,7 @@ def _text(text: str, x: int, width: int) -> str:
     """Return a centred text with a fixed `textLength`, so that it fits in every font."""
     length = width - 2 * _MARGIN
     middle = x + width / 2
-    return f'<text x="{middle:g}" y="14" textLength="{length}" aria-hidden="true">{escape(visible(text))}</text>'
+    return f'<text x="{middle:g}" y="14" textLength="{length}" aria-hidden="true">{escape(escaped(text))}</text>'
 
 
 def _width(text: str) -> int:

@@ -6,8 +6,9 @@ import re
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import status_counts_in_words
+from scbm.model.visible_text import in_one_line
 from scbm.reports.ci.marked_lines import as_code, mark_file
-from scbm.reports.ci.xml_text import portable, visible
+from scbm.reports.ci.xml_text import portable
 from scbm.reports.status_lines import status_warnings
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ def lcov_info(history: History) -> str:
 
 
 def _records(history: History, marked: MarkedFile) -> Iterator[str]:
-    yield from (f"# {visible(comment)}" for comment in _comments(history))
+    yield from (f"# {in_one_line(comment)}" for comment in _comments(history))
     yield f"TN:{_NO_WORD.sub('_', history.model.name)}"
-    yield f"SF:{visible(portable(history.source.path))}"
+    yield f"SF:{in_one_line(portable(history.source.path))}"
     yield from (f"FN:{part.number},{part.name}" for part in marked.parts)
     yield from (f"FNDA:{part.hits},{part.name}" for part in marked.parts)
     yield f"FNF:{len(marked.parts)}"

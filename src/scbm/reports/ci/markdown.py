@@ -15,7 +15,7 @@ from scbm.cases.coverage import (
     forced_count_in_words,
     status_counts_in_words,
 )
-from scbm.reports.ci.xml_text import visible
+from scbm.model.visible_text import escaped
 from scbm.reports.figure_table import counted, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings, united_in_words
@@ -257,11 +257,11 @@ def _code(text: str) -> str:
 
 def _plain(text: str) -> str:
     """Return a text with all markup and mentions such as `@name` escaped."""
-    escaped = _MARKUP.sub(r"\\\g<0>", escape(_shown(text), quote=False))
-    return escaped.replace("@", "@<!-- -->")
+    plain = _MARKUP.sub(r"\\\g<0>", escape(_shown(text), quote=False))
+    return plain.replace("@", "@<!-- -->")
 
 
 def _shown(text: str) -> str:
     """Return a text as one line of limited length."""
-    line = _BLANKS.sub(" ", visible(text)).strip()
+    line = escaped(_BLANKS.sub(" ", text)).strip()
     return line if len(line) <= _MAX_OF_A_TEXT else f"{line[:_MAX_OF_A_TEXT]}…"

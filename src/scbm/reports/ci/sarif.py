@@ -11,6 +11,7 @@ from scbm import __version__
 from scbm.cases.coverage import Decision
 from scbm.files import read_located
 from scbm.model import Place
+from scbm.model.visible_text import escaped_data
 from scbm.reports.ci.xml_text import is_absolute, portable
 from scbm.reports.figure_table import counted
 from scbm.reports.stored_cases import again, again_words, asked_for, causes_of, place_of
@@ -59,7 +60,7 @@ def sarif_log(history: History) -> str:
         InputError: the source of the history is not a model.
     """
     log = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [_run(history)]}
-    return json.dumps(log, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(escaped_data(log), indent=2, ensure_ascii=False) + "\n"
 
 
 def _run(history: History) -> dict[str, Any]:

@@ -9,6 +9,8 @@ import posixpath
 import re
 from xml.etree.ElementTree import Element, indent, tostring
 
+from scbm.model.visible_text import escaped
+
 _DRIVE = re.compile(r"[A-Za-z]:/")
 
 
@@ -22,28 +24,11 @@ def is_absolute(path: str) -> bool:
     return path.startswith("/") or _DRIVE.match(path) is not None
 
 
-_FORBIDDEN = re.compile(r"[^\t\n\r\x20-\uD7FF\uE000-\uFFFD\U00010000-\U0010FFFF]")
-"""Characters that XML 1.0 cannot represent, not even escaped (its production `Char`)."""
-
-_PICTURES = 0x2400
-"""First code point of the Unicode pictures of control characters, which are in the same order."""
-
-
 def xml_text(root: Element) -> str:
-    """Return the text of an XML file; replace forbidden characters in the tree by visible ones."""
+    """Return the text of an XML file; control characters in the tree are escaped."""
     for element in root.iter():
-        element.text = None if element.text is None else visible(element.text)
+        element.text = None if element.text is None else escaped(element.text)
         for name, value in element.items():
-            element.set(name, visible(value))
+            element.set(name, escaped(value))
     indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{tostring(root, encoding="unicode")}\n'
-
-
-def visible(text: str) -> str:
-    """Return a text with pictures for control characters, and U+FFFD for other characters that XML forbids."""
-    return _FORBIDDEN.sub(_picture, text)
-
-
-def _picture(match: re.Match[str]) -> str:
-    code = ord(match[0])
-    return chr(_PICTURES + code) if code < ord(" ") else "\ufffd"

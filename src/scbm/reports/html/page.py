@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from scbm.cases.coverage import only_by, visitors_of_each
+from scbm.model.visible_text import escaped, escaped_data
 from scbm.reports.figure_table import STATUS_MARKS, counted
 from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
@@ -132,7 +133,7 @@ def html_report(
     environment = page_environment()
     visitors = Visitors.of(history)
     executions = _executions(history, replay, progress)
-    return environment.get_template("page.html.j2").render(
+    text = environment.get_template("page.html.j2").render(
         report=ReportView(history, visitors),
         growth=Markup(growth_svg(history)),  # noqa: S704 - our own SVG, in which names are escaped
         styles=[verbatim(environment, name) for name in _STYLES],
@@ -141,11 +142,12 @@ def html_report(
         details=as_json(case_details(history)),
         timelines=as_json(pack_timelines(history.model, executions)),
     )
+    return escaped(text)
 
 
 def as_json(value: Any) -> Markup:  # noqa: ANN401 - any value that JSON can represent
     """Return `value` as JSON that is safe inside `<script>`: no text in it ends the element or begins a comment."""
-    text = dumps(value, separators=(",", ":"))
+    text = dumps(escaped_data(value), separators=(",", ":"))
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return Markup(text)  # noqa: S704 - all characters with a meaning in HTML are escaped

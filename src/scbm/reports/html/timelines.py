@@ -64,6 +64,7 @@ from scbm.cases.trace import (
 )
 from scbm.model import format_value
 from scbm.model.variables import Role
+from scbm.model.visible_text import escaped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -118,7 +119,9 @@ class _Packer:
 
     def shared(self) -> str:
         """Return the data that all blocks share, compressed; it is complete once all blocks are packed."""
-        return _compressed({"texts": list(self._texts), "kinds": list(_KINDS), "variables": self._variables})
+        return _compressed(
+            {"texts": [escaped(text) for text in self._texts], "kinds": list(_KINDS), "variables": self._variables}
+        )
 
     def blocks(self, executions: Iterable[Execution | None]) -> Iterator[tuple[int, str]]:
         """Yield for each block the number of its cases, and the compressed block."""

@@ -20,6 +20,7 @@ from scbm.cases.coverage import (
     growth,
     status_counts_in_words,
 )
+from scbm.model.visible_text import escaped
 from scbm.reports.asserted_lines import asserted_words
 from scbm.reports.ci.marked_lines import mark_lines
 from scbm.reports.figure_table import FORCED_MARK, STATUS_MARKS, short_of_goal_in_words
@@ -51,7 +52,7 @@ _COLUMNS = (Aspect.QUEUED, *STATE_ASPECTS)
 
 def fragment(name: str) -> str:
     """Return `name` escaped for the fragment of an address."""
-    return quote(name, safe="")
+    return quote(escaped(name), safe="")
 
 
 def breakable(name: str) -> Markup:

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.model.visible_text import escaped
 from scbm.reports.html.page import page_environment, verbatim
 from scbm.reports.mutants.mutation_summary import BENIGN, change_in_words
 from scbm.testing.mutants import MutantStatus
@@ -74,7 +75,7 @@ def mutation_page(summary: MutationSummary, text: str) -> str:
         text: the model file.
     """
     environment = page_environment()
-    return environment.get_template("mutants.html.j2").render(
+    page = environment.get_template("mutants.html.j2").render(
         summary=summary,
         counts=summary.counts,
         tables=(("operator", summary.by_operator()), ("operation", summary.by_entry())),
@@ -82,6 +83,7 @@ def mutation_page(summary: MutationSummary, text: str) -> str:
         lines=_lines(summary, text),
         style=verbatim(environment, "page.css"),
     )
+    return escaped(page)
 
 
 def _lines(summary: MutationSummary, text: str) -> tuple[MutantLine, ...]:

@@ -8,6 +8,7 @@ from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 from scbm import __version__
+from scbm.model.visible_text import escaped_data
 from scbm.reports.ci.sarif import SARIF_SCHEMA, artifact_of, region_of
 from scbm.reports.ci.xml_text import portable
 from scbm.reports.mutants.mutation_summary import change_in_words
@@ -23,7 +24,7 @@ _LEVELS = {MutantStatus.SURVIVED: "warning", MutantStatus.UNDECIDED: "note"}
 def mutation_sarif(summary: MutationSummary) -> str:
     """Return a SARIF log with one run: a rule for each operator, a result for each mutant that no case killed."""
     log = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [_run(summary)]}
-    return json.dumps(log, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(escaped_data(log), indent=2, ensure_ascii=False) + "\n"
 
 
 def _run(summary: MutationSummary) -> dict[str, Any]:
