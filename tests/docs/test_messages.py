@@ -62,6 +62,14 @@ def not_utf8(directory: Path) -> None:
     load_model(path)
 
 
+def too_long(directory: Path) -> None:
+    path = directory / "long.yaml"
+    goal = " && ".join(["on == true"] * 1_714)
+    variables = "variables: {on: {domain: bool, initial: false}}\noperations: {}"
+    path.write_text(f"behavior_model: lamp\n{variables}\ngoals: {{there: {goal}}}\n", encoding="utf-8")
+    load_model(path)
+
+
 def no_trace(_: Path) -> None:
     read_trace("{}\n", "run.jsonl")
 
@@ -112,6 +120,7 @@ def an_older_store(directory: Path) -> None:
 PROVOKING = [
     too_large,
     not_utf8,
+    too_long,
     no_trace,
     a_newer_trace,
     a_log_that_is_cut_off,

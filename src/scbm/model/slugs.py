@@ -61,6 +61,7 @@ class Slug(StrEnum):
     ACTION_SYNTAX = "action-syntax"
     REQUIREMENT_SYNTAX = "requirement-syntax"
     TOO_DEEP = "too-deep"
+    TEXT_TOO_LONG = "text-too-long"
     UNKNOWN_VARIABLE = "unknown-variable"
     UNKNOWN_NAME = "unknown-name"
     NOT_A_PREDICATE = "not-a-predicate"

@@ -34,6 +34,7 @@ OF_THE_FILE = {
     Slug.FILE_TOO_LARGE,
     Slug.FILE_EMPTY,
     Slug.NOT_UTF8,
+    Slug.TEXT_TOO_LONG,
 }
 """What no model in a repository can cause well: each has a test below."""
 
@@ -385,11 +386,17 @@ def test_too_many_nodes_are_refused() -> None:
     assert (diagnostic.slug, diagnostic.place.line) == (Slug.YAML_TOO_LARGE, 200)
 
 
-@pytest.mark.parametrize("predicate", ["(" * 100_000, "(" * 3_000 + "a == true" + ")" * 3_000, "!" * 100_000])
-def test_nested_parentheses_are_too_deep(predicate: str) -> None:
+@pytest.mark.parametrize(
+    ("predicate", "slug"),
+    [
+        ("(" * 100_000, Slug.TEXT_TOO_LONG),
+        ("(" * 3_000 + "a == true" + ")" * 3_000, Slug.TOO_DEEP),
+        ("!" * 100_000, Slug.TEXT_TOO_LONG),
+    ],
+)
+def test_nested_parentheses_are_too_deep_or_too_long(predicate: str, slug: Slug) -> None:
     (diagnostic,) = diagnostics_of(f'{BEGIN}goals: {{done: "{predicate}"}}\n')
-    assert diagnostic.slug is Slug.TOO_DEEP
-    assert diagnostic.place.line == 5
+    assert (diagnostic.slug, diagnostic.place.line) == (slug, 5)
 
 
 @pytest.mark.longer
@@ -397,7 +404,7 @@ def test_a_predicate_may_be_long_but_not_huge(wording: Wording) -> None:
     long = " && ".join(["a == true"] * 1_500)
     assert str(read_model(f"{BEGIN}goals:\n  done: {long}\n").goals[0][1]) == long
     (diagnostic,) = diagnostics_of(f"{BEGIN}goals:\n  done: {long} && {long}\n")
-    assert diagnostic.slug is Slug.TOO_DEEP
+    assert diagnostic.slug is Slug.TEXT_TOO_LONG
     wording(diagnostic.message)
 
 

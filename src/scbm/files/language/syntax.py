@@ -299,7 +299,8 @@ def _parser(_: tuple[type[RequirementForm], ...]) -> Lark:
 def parse(text: str, start: Start) -> SyntaxTree:
     """Return the syntax tree of a text. Raises `SyntaxFault`."""
     if len(text) > MAX_CHARACTERS:
-        raise SyntaxFault(Slug.TOO_DEEP, f"longer than {MAX_CHARACTERS} characters", 0, 1)
+        message = f"this text has {len(text):,} characters; at most {MAX_CHARACTERS:,} fit"
+        raise SyntaxFault(Slug.TEXT_TOO_LONG, message, 0, 1, "divide it: a list of predicates is their conjunction")
     if not text.strip():
         raise SyntaxFault(SLUGS[start], f"an empty {start}", 0, 1, example(start))
     try:
