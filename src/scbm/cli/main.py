@@ -180,11 +180,6 @@ def _leave_on_interrupt() -> Callable[[], None]:
     return restore
 
 
-def sigterm_as_interrupt() -> AbstractContextManager[None]:
-    """Handle SIGTERM as Ctrl-C in a block, so that a command that is terminated writes what it has."""
-    return _on_sigterm(signal.default_int_handler)
-
-
 def _leaving_on_sigterm(arguments: list[str]) -> AbstractContextManager[None]:
     """Let SIGTERM end a node at once while it starts, with the exit code that it has later.
 

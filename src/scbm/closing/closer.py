@@ -1,7 +1,7 @@
 """Decides every obligation of a model in stages, each for what the stages before it left open (decision 38).
 
 Few runs are explored at once. Where they are not few, nominal and random cases run first, then changed ones, and then
-as many runs are explored as the limits allow. Ctrl-C ends a stage; what was decided until then is the result.
+as many runs are explored as the limits allow. Ctrl-C ends all stages; what was decided until then is the result.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.other_plans import suggest_other_plans, with_first
 from scbm.closing.advice.suggestions import Oracles, TriedVisits, in_order_of, suggest
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
+from scbm.closing.interruption import Interruption
 from scbm.closing.proofs.proofs import Proofs, explored_for_proofs, scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
@@ -94,6 +95,7 @@ class Closer:
         limits: CloseLimits = CloseLimits(),  # noqa: B008 - an immutable value
         progress: Callable[[str], None] | None = None,
         executor: Executor | None = None,
+        interruption: Interruption | None = None,
     ) -> None:
         """Prepare closing.
 
@@ -102,12 +104,14 @@ class Closer:
             limits: the limits of exploration and search.
             progress: called with what is being decided, with counts.
             executor: where random cases run; by default in this process.
+            interruption: the handling of Ctrl-C, if the caller handles it.
         """
         self.model = model
         self._limits = limits
         self._executor = executor
+        self._interruption = interruption or Interruption()
         self._ended: list[StageEnd] = []
-        self._progress = progress or (lambda _: None)
+        self._progress = self._interruption.checked(progress or (lambda _: None))
         self._plans = CasePlans(model)
         # Cases are searched for under canonical plans, which do not depend on what is changed in a case.
         self._tester = Tester(model_with_plans(PlanSet.CANONICAL, model), plans=self._plans)
@@ -177,7 +181,7 @@ class Closer:
         """Return the runs that were explored, and the new cases. Raise `InputError` without an initial state."""
         search = self._first_cases(suite, proofs, asked)
         few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
-        runs = AllRuns(self.model, few, self._progress, explores=not self.is_interrupted)
+        runs = self._explored(few)
         if not runs.starts and runs.stopped is None:
             message = "no combination of random values satisfies `initial_states`"
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
@@ -194,12 +198,15 @@ class Closer:
     def _stage(self, stage: Stage) -> Iterator[None]:
         """End a stage, and not closing, when the user interrupts it."""
         try:
-            yield
+            with self._interruption.stage():
+                yield
         except KeyboardInterrupt:
             self._interrupt(stage)
 
     def _interrupt(self, stage: Stage) -> None:
-        self._ended.append(StageEnd(stage, "it was interrupted", is_interrupted=True))
+        """Note the stage that the user interrupted; later ones do not begin."""
+        if not self.is_interrupted:
+            self._ended.append(StageEnd(stage, "it was interrupted", is_interrupted=True))
 
     def _first_cases(self, suite: Campaign, proofs: Proofs, asked: Sequence[Obligation]) -> SampledCases:
         """Run nominal and a few random cases. They count only where the graph of all runs decides less."""
@@ -226,11 +233,14 @@ class Closer:
         if limit is not None:
             self._ended.append(StageEnd(stage, *limit))
 
-    def _explored(self, few: AllRuns, missing: int) -> AllRuns:
-        """Return the graph of all runs as far as the limits allow, if anything is missing that it can decide."""
-        if not missing or not few.may_grow or self.is_interrupted:
-            return few
-        return AllRuns(self.model, self._limits, self._progress)
+    def _explored(self, limits: CloseLimits) -> AllRuns:
+        """Return the graph of all runs as far as limits allow; one that explores nothing after an interruption."""
+        try:
+            with self._interruption.stage():
+                return AllRuns(self.model, limits, self._progress, explores=not self.is_interrupted)
+        except KeyboardInterrupt:
+            self._interrupt(Stage.GRAPH)
+            return AllRuns(self.model, limits, self._progress, explores=False)
 
     def _refuse_without_goals(self) -> None:
         if not self.model.goals:
@@ -248,7 +258,8 @@ class Closer:
         is_sampled = runs.stopped is not None and not runs.is_interrupted and bool(missing & ~never)
         if is_sampled:
             self._sample(search, runs)
-            runs = self._explored(runs, search.missing)
+            if search.missing and runs.may_grow and not self.is_interrupted:
+                runs = self._explored(self._limits)
         if runs.is_interrupted and not self.is_interrupted:
             self._interrupt(Stage.GRAPH)
         sampled = [] if runs.stopped is None and not is_sampled else search.found
@@ -297,7 +308,7 @@ class Closer:
                 return
             tried.append(order)
             self._progress(f"looking for cases with other shortest plans, {len(left):,} obligations left")
-            closer = Closer(reordered, self._limits, self._progress, self._executor)
+            closer = Closer(reordered, self._limits, self._progress, self._executor, self._interruption)
             for made in closer.find_cases(left):
                 case = replace(made.case, expect=Expectations(), plans=made.answers)
                 execution = self._tester.execute(case)
@@ -416,7 +427,10 @@ class Closer:
     def _finished(
         self, found: Sequence[Execution], missing: int, suite: Campaign, asked: Sequence[Obligation]
     ) -> tuple[ClosingCase, ...]:
-        """Return the cases that are kept. The first Ctrl-C does not end that: it is short, and all would be lost."""
+        """Return the cases that are kept. The first Ctrl-C does not end that: it is short, and all would be lost.
+
+        The second one does.
+        """
         before = Merit(suite.coverage.visited, _freely(suite))
         about = shortest_for_each(found, missing) if self._one_case_each else {}
         kept = [each for each in in_order(found) if id(each) in about]
@@ -432,6 +446,8 @@ class Closer:
         try:
             return finish()
         except KeyboardInterrupt:
+            if self._interruption.is_asked:
+                raise
             self._interrupt(Stage.SEARCH)
             return finish()
 
@@ -467,14 +483,16 @@ class Closer:
         """Return explored runs that prove something about what is missing."""
         if runs.stopped is not None:  # where these are too many, others are, too
             return ()
+        known, limits = (runs, *self._open_runs), self._limits
+        if self._has_classes:
+            limits = replace(limits, situations=limits.situations // _SHARE_OF_ALL_VALUES)
         try:
-            known, limits = (runs, *self._open_runs), self._limits
-            if self._has_classes:
-                limits = replace(limits, situations=limits.situations // _SHARE_OF_ALL_VALUES)
-            return explored_for_proofs(self.model, limits, self._progress, missing, known)
+            with self._interruption.stage():
+                bounds = None if self.is_interrupted else limits
+                return explored_for_proofs(self.model, bounds, self._progress, missing, known)
         except KeyboardInterrupt:
             self._interrupt(Stage.GRAPH)
-            return ()
+            return explored_for_proofs(self.model, None, self._progress, missing, known)
 
     # decisions
 

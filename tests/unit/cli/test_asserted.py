@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -209,6 +210,32 @@ def test_an_interruption_without_a_store_says_how_far_the_command_was(
     ran = scbm(*MUTATE)
     assert ran.code == 130
     wording(unwrapped(ran.err))
+
+
+@pytest.mark.parametrize("place", [MutationRuns, Survivors], ids=["while cases run", "while mutants are compared"])
+def test_sigterm_ends_the_mutants_and_what_is_known_is_reported(
+    scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: type, wording: Wording
+) -> None:
+    name, calls = "result" if place is MutationRuns else "decided", list[object]()
+    method: Callable[..., MutantResult] = getattr(place, name)
+
+    def terminated(self: object, argument: object) -> MutantResult:
+        calls.append(argument)
+        if len(calls) == 3:
+            signal.raise_signal(signal.SIGTERM)
+        return method(self, argument)
+
+    monkeypatch.setattr(place, name, terminated)
+    page = tmp_path / "page.html"
+    ran = scbm(*MUTATE, "--json", "--html", page, "--fail-under", "mutants=100")
+    report = json.loads(ran.out)
+    assert ran.code == 130
+    assert len(report["mutants"]) == (2 if place is MutationRuns else 45)
+    assert report["ended_early"] in page.read_text(encoding="utf-8")
+    wording(report["ended_early"])
+    open_ones = [each["reason"] for each in report["mutants"] if each["status"] == "undecided"]
+    wording(sorted({reason for reason in open_ones if "interrupted" in reason}))
+    assert "under 100" not in ran.err
 
 
 def test_a_store_that_cannot_be_written_any_more_has_what_it_got(

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -517,6 +518,48 @@ def test_elsewhere_progress_is_a_line_a_minute() -> None:
     for seconds in (1.0, 59.0, 60.0, 61.0, 119.0, 300.0):
         show(f"at {seconds:.0f} s")
     assert lines == ["at 60 s (1 min)", "at 300 s (5 min)"]
+
+
+@pytest.mark.usefixtures("own_closings")
+def test_sigterm_ends_an_explanation_as_ctrl_c_does(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
+    explore = AllRuns.steps
+
+    def terminated(runs: AllRuns, goal: Predicate) -> RunSteps:
+        signal.raise_signal(signal.SIGTERM)
+        return explore(runs, goal)
+
+    monkeypatch.setattr(AllRuns, "steps", terminated)
+    ran = scbm("explain", BEFORE, "robot_move_to_home", "--json")
+    assert ran.code == 130
+    assert len(_json(ran)["obligations"]) == 6
+
+
+@pytest.mark.usefixtures("own_closings")
+@pytest.mark.parametrize("place", ["scbm.closing.closing_json.closing_json", "scbm.cli.verbs.close.write_output"])
+def test_a_signal_at_the_end_loses_nothing(
+    scbm: Scbm, cell: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    module, _, name = place.rpartition(".")
+    done: Callable[..., object] = getattr(import_module(module), name)
+
+    def terminated(*arguments: object) -> object:
+        signal.raise_signal(signal.SIGTERM)
+        return done(*arguments)
+
+    monkeypatch.setattr(place, terminated)
+    ran = scbm("close", cell, "--out", tmp_path / "out", "--json")
+    assert ran.code in {0, 1}
+    assert _json(ran)["cases"]
+    assert list((tmp_path / "out" / "cases").iterdir())
+
+
+@pytest.mark.usefixtures("own_closings")
+def test_an_interrupted_closing_writes_no_goal(scbm: Scbm, cell: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = cell.read_text(encoding="utf-8")
+    monkeypatch.setattr("scbm.closing.scripts.sampled_cases.SampledCases.look", _interrupt)
+    ran = scbm("close", cell, "--write", "some_goal")
+    assert (ran.code, ran.err) == (130, "")
+    assert cell.read_text(encoding="utf-8") == before
 
 
 @pytest.mark.usefixtures("own_closings")

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from os.path import lexists
 from typing import TYPE_CHECKING
 
-from scbm.cli.main import sigterm_as_interrupt
+from scbm.cli.main import INTERRUPTED
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
+from scbm.closing.interruption import Interruption
 from scbm.closing.mutants.equivalences import Survivors
 from scbm.files import load_located, read_file, suggestion
 from scbm.files.file_writer import has_text
@@ -153,7 +154,14 @@ def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOu
     witnesses = [] if output.witnesses is None else [output.witnesses]
     suite.writer.refuse_outputs(output.files, {"--witnesses": witnesses}, {"--store": options.store})
     loop = MutationLoop(suite, options, _work(suite, options))
-    summary = _summary(suite, loop)
+    with loop.interruption.handled():
+        return _reported(_summary(suite, loop), suite, options, output, loop)
+
+
+def _reported(
+    summary: MutationSummary, suite: Suite, options: MutationOptions, output: MutationOutput, loop: MutationLoop
+) -> int:
+    """Print the report, write the files, and return the exit code."""
     if output.json:
         write_json(mutation_json(summary))
     else:
@@ -167,6 +175,8 @@ def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOu
         errors().line(loop.kept)
     if output.files:
         errors().line(f"Written: {', '.join(map(str, output.files.values()))}")
+    if summary.ended_early:
+        return INTERRUPTED
     if options.entries is not None and not summary.results:
         return 0  # nothing that changed can have mutants, so no threshold is about it
     return 0 if _is_met(summary.counts, output.thresholds) else 1
@@ -180,19 +190,21 @@ def _work(suite: Suite, options: MutationOptions) -> MutationWork:
 def _summary(suite: Suite, loop: MutationLoop) -> MutationSummary:
     """Run the suite against the mutants, and show the progress."""
     _, places = load_located(suite.file)
-    with sigterm_as_interrupt(), activity_display(suite.activity) as show:
+    with activity_display(suite.activity) as show:
         try:
-            runs = loop.work.runs()
+            with loop.interruption.stage():
+                loop.interruption.check()
+                runs = loop.work.runs()
         except KeyboardInterrupt:
             errors().prose(f"scbm: {BEFORE_FIRST}: the cases were running on the model itself")
             raise
         if not runs.cases:
             raise InputError([_no_case(suite, runs.failing)])
-        done = loop.carry_out(runs, show)
+        done = loop.carry_out(runs, loop.interruption.checked(show))
     command = f"scbm mutate {shown_path(str(suite.file))}{suite.test_options}"
-    failing = tuple(runs.failing)
+    failing, file = tuple(runs.failing), str(suite.file)
     return MutationSummary(
-        suite.model, str(suite.file), places, suite.words, len(runs.cases), failing, tuple(done), command
+        suite.model, file, places, suite.words, len(runs.cases), failing, tuple(done), command, loop.ended_early
     )
 
 
@@ -233,12 +245,18 @@ BEFORE_FIRST = "interrupted before the first mutant had a result"
 """The words for the work of an interrupted command that has no results yet."""
 
 
+_NOT_COMPARED = "it is not compared yet: the command was interrupted"
+"""The reason why nothing more is known of a mutant."""
+
+
 class MutationLoop:
     """The mutants of one command, with the results so far.
 
     Attributes:
         work: the suite and the mutants.
         kept: at the end, how many results the store did not have, in words; empty without a store.
+        interruption: the handling of Ctrl-C.
+        ended_early: at the end, how far the command was when it was interrupted; empty if it was not.
     """
 
     def __init__(self, suite: Suite, options: MutationOptions, work: MutationWork) -> None:
@@ -246,11 +264,12 @@ class MutationLoop:
         self._options = options
         self.work = work
         self._results: list[MutantResult] = []
-        self._decided = 0
         self.kept = ""
+        self.interruption = Interruption()
+        self.ended_early = ""
 
     def carry_out(self, runs: MutationRuns, show: Callable[[str], None]) -> list[MutantResult]:
-        """Return the results of all mutants, in their order.
+        """Return the results of all mutants, in their order; after an interruption, those so far.
 
         Args:
             runs: the suite as it ran on the original.
@@ -258,22 +277,26 @@ class MutationLoop:
 
         Raises:
             InputError: the store cannot be used, or a worker process was lost.
-            KeyboardInterrupt: the user ended the command; a line says what is in the store.
+            KeyboardInterrupt: the user ended the command before the first mutant had a result; a line says so.
         """
         with self._store() as keeper:
             try:
-                self._run(runs, keeper, show)
-                if self._options.limits is not None and any(map(_is_open, self._results)):
-                    self._decide(keeper, show)
+                with self.interruption.stage():
+                    self._run(runs, keeper, show)
+                    if self._options.limits is not None and any(map(_is_open, self._results)):
+                        self._decide(keeper, show)
             except KeyboardInterrupt:
                 errors().prose(f"scbm: {self._interrupted(keeper)}")
-                raise
+                if not self._results:
+                    raise
+                self.ended_early = f"interrupted: {self._done}"
+                self._results = [replace(r, reason=_NOT_COMPARED) if _is_open(r) else r for r in self._results]
             except InputError:
                 if keeper is not None and keeper.added:
                     kept = f"{self._options.store} has {counted(len(keeper.added), 'result')} of this command"
                     errors().prose(f"scbm: {kept}; once it can be written again, the same command goes on")
                 raise
-        if keeper is not None:
+        if keeper is not None and not self.ended_early:
             self.kept = f"{self._options.store}: {self._kept(keeper)}"
         return self._results
 
@@ -318,21 +341,23 @@ class MutationLoop:
                     if keeper is not None:
                         keeper.add(decided, is_decided=True)
                 self._results[place] = decided
-            self._decided = place + 1
 
     def _interrupted(self, keeper: MutantKeeper | None) -> str:
         """Return how many results there were before an interruption, as a sentence."""
         if not self._results:
             has = "" if keeper is None else f"; {self._options.store} has {keeper.known_in_words}"
             return f"{BEFORE_FIRST}{has}"
-        done, count = len(self._results), len(self.work.mutants)
-        what = f"ran the cases on {done} of {counted(count, 'mutant')}"
-        if done == count:
-            open_ones = sum(map(_is_open, self._results[self._decided :]))
-            what = f"ran the cases on {counted(count, 'mutant')}, and {open_ones} of them are not compared yet"
         if keeper is None:
-            return f"interrupted: {what}; these results are lost: `--store FILE` keeps results"
-        return f"interrupted: {what}; {self._options.store} has these results, and the same command goes on"
+            return f"interrupted: {self._done}; with `--store FILE`, the same command would go on"
+        return f"interrupted: {self._done}; {self._options.store} has these results, and the same command goes on"
+
+    @property
+    def _done(self) -> str:
+        done, count = len(self._results), len(self.work.mutants)
+        if done < count:
+            return f"ran the cases on {done} of {counted(count, 'mutant')}"
+        open_ones = sum(map(_is_open, self._results))
+        return f"ran the cases on {counted(count, 'mutant')}, and {open_ones} of them are not compared yet"
 
     def _kept(self, keeper: MutantKeeper) -> str:
         """Return how many results are new in the store, as a sentence."""

@@ -1,7 +1,7 @@
 """`scbm close`: decides every obligation, writes cases and certificates, and checks certificates."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from shlex import quote
 from typing import Annotated, Any
@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from scbm.cli.campaigns.suite import Suite
-from scbm.cli.main import INTERRUPTED, sigterm_as_interrupt
+from scbm.cli.main import INTERRUPTED
 from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
 from scbm.cli.options.command_inputs import Reads
@@ -23,6 +23,7 @@ from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificates
 from scbm.closing.closing_files import ClosingFiles, refuse_output, write_output
 from scbm.closing.decisions import FailedCase, FoundFault, consequences_of_force, failed_cases, found_faults
+from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -85,8 +86,14 @@ def command(
         model, tuple(suite or ()), cases, seed, limits, planner, jobs, waivers, one_case_each, requirements
     )
     refuse_output(model, out, edits_model=bool(write))
+    with asked.interruption.handled():
+        return _carry_out(asked, out, write or (), json=json)
+
+
+def _carry_out(asked: "_CloseRequest", out: Path | None, write: Sequence[str], *, json: bool) -> int:
+    """Close the model, write files, print the report, and return the exit code."""
     result = asked.close()
-    goals = _SuggestedGoals.chosen(result.closing, write or ())
+    goals = _SuggestedGoals.chosen(result.closing, () if result.closing.is_interrupted else write)
     if goals.new:
         from scbm.files import add_goals  # noqa: PLC0415 - the round trip of YAML, which most commands do not need
 
@@ -137,21 +144,25 @@ class _CloseRequest:
     waivers: Path | None = None
     one_case_each: bool = False
     requirements: bool = False
+    interruption: Interruption = field(default_factory=Interruption)
 
     def close(self) -> "_CloseResult":
         """Read model and suite again, run the suite, and decide the remaining obligations."""
         model = self.planner.applied(load_model(self.file))
         waivers = read_waivers_of(model, self.waivers)
         suite = Suite.load(model, self.file, self.paths, self.cases, self.seed, self.planner.text)
-        with sigterm_as_interrupt(), activity_display(suite.activity) as show:
+        with activity_display(suite.activity) as show:
             executor = read_executor(self.jobs)
-            campaign = suite.run(executor)
+            with self.interruption.stage():
+                self.interruption.check()
+                campaign = suite.run(executor)
             show(f"exploring {model.name}")
-            closing = Closer(model, self.limits, show, executor).close(campaign, one_case_each=self.one_case_each)
+            closer = Closer(model, self.limits, show, executor, self.interruption)
+            closing = closer.close(campaign, one_case_each=self.one_case_each)
             if self.requirements and not closing.is_interrupted:
                 from scbm.closing.requirements.requirement_closer import RequirementCloser  # noqa: PLC0415 - few closings do
 
-                decisions = RequirementCloser(model, self.limits, show).decide(campaign, closing)
+                decisions = RequirementCloser(model, self.limits, show, self.interruption).decide(campaign, closing)
                 closing = replace(closing, requirements=decisions)
         return _CloseResult(self, suite, campaign, with_waivers(closing, waivers))
 

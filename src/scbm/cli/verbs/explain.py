@@ -17,6 +17,7 @@ from scbm.cli.output.terminal import activity_display, report_columns, results, 
 from scbm.closing import Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
+from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, suggestion, write_case
 from scbm.model import BehaviorModel, Slug
@@ -44,23 +45,27 @@ def command(
     asked = _read_obligation(obligation, loaded)
     review = read_waivers_of(loaded, waivers)
     given = Suite.load(loaded, model, tuple(suite or ()), planner_option=planner.text)
-    with activity_display(given.activity) as show:
-        campaign = given.run()
-        show(f"exploring {loaded.name}")
-        closing = with_waivers(Closer(loaded, limits, show).close(campaign, asked), review)
-    explanations = explain(closing, asked, _executions(closing, given))
-    if json:
-        write_json(_json(explanations, given))
-    else:
-        close = f"scbm close {quote(str(model))}{given.close_options}{limit_text(limits)}"
-        out = results()
-        out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended, report_columns()))
-        for name, text in _texts(explanations, given).items():
-            replay = f"scbm replay {shown_path(f'{name}.yaml')}{planner.text}"
-            path = given.files.get(name)
-            known = given.again(name)
-            first = None if known else f"Save this here as {name}.yaml, then run:"
-            out.lines(case_lines(text, known or replay, path, first))
+    interruption = Interruption()
+    with interruption.handled():
+        with activity_display(given.activity) as show:
+            with interruption.stage():
+                interruption.check()
+                campaign = given.run()
+            show(f"exploring {loaded.name}")
+            closing = Closer(loaded, limits, show, interruption=interruption).close(campaign, asked)
+        explanations = explain(with_waivers(closing, review), asked, _executions(closing, given))
+        if json:
+            write_json(_json(explanations, given))
+        else:
+            close = f"scbm close {quote(str(model))}{given.close_options}{limit_text(limits)}"
+            out = results()
+            out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended, report_columns()))
+            for name, text in _texts(explanations, given).items():
+                replay = f"scbm replay {shown_path(f'{name}.yaml')}{planner.text}"
+                path = given.files.get(name)
+                known = given.again(name)
+                first = None if known else f"Save this here as {name}.yaml, then run:"
+                out.lines(case_lines(text, known or replay, path, first))
     if closing.is_interrupted:
         return INTERRUPTED
     return 1 if any(each.decided.decision is Decision.UNDECIDED for each in explanations) else 0

@@ -279,7 +279,7 @@ def scope_of_proofs(model: BehaviorModel, plans: PlanSet = PlanSet.CANONICAL) ->
 
 def explored_for_proofs(
     model: BehaviorModel,
-    limits: CloseLimits,
+    limits: CloseLimits | None,
     progress: Callable[[str], None],
     missing: int,
     known: Sequence[AllRuns],
@@ -288,7 +288,7 @@ def explored_for_proofs(
 
     Args:
         model: the model.
-        limits: the limits of the exploration.
+        limits: the limits of the exploration; `None` for the known runs alone.
         progress: called with a description of each phase as it begins.
         missing: the obligations that are left to decide, as bits of `Visits`.
         known: runs that were explored before, of which some may be those of proofs.
@@ -306,6 +306,8 @@ def explored_for_proofs(
             break
         runs = canonical if plans is PlanSet.CANONICAL else None
         if runs is None:
+            if limits is None:
+                continue
             most = min(limits.situations, _MAX_OF_ANY_PLANS) if plans is PlanSet.ANY else limits.situations
             scope = scope_of_proofs(model, plans)
             runs = AllRuns(model, replace(limits, situations=most), progress, scope, until=missing)

@@ -17,6 +17,7 @@ from scbm.closing.decisions import (
     RequirementDecisions,
     RequirementStatus,
 )
+from scbm.closing.interruption import Interruption
 from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.requirements.recovery_search import RecoverySearch
 from scbm.closing.requirements.request_monitor import RequestMonitor, RequestSearch
@@ -56,17 +57,25 @@ _IN_TIME = "recovers: a reply that comes is as fast as in the simulation, and no
 class RequirementCloser:
     """Decides the built-in requirements of one model."""
 
-    def __init__(self, model: BehaviorModel, limits: CloseLimits, progress: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        model: BehaviorModel,
+        limits: CloseLimits,
+        progress: Callable[[str], None],
+        interruption: Interruption | None = None,
+    ) -> None:
         """Prepare the search.
 
         Args:
             model: the model.
             limits: the limits of exploration and search.
             progress: called with what is being decided, with counts.
+            interruption: the handling of Ctrl-C, if the caller handles it.
         """
         self._model = model
         self._limits = limits
-        self._progress = progress
+        self._interruption = interruption or Interruption()
+        self._progress = self._interruption.checked(progress)
         self._tester = Tester(model)
         self._found: dict[str, Execution] = {}
         self._written: list[str] = []
@@ -87,8 +96,9 @@ class RequirementCloser:
         names = [case for case, _ in closing.after.cases]
         try:
             if asked and self._model.resources:
-                self._look_in_cases(suite, closing, asked)
-                self._follow_runs(asked)
+                with self._interruption.stage():
+                    self._look_in_cases(suite, closing, asked)
+                    self._follow_runs(asked)
         except KeyboardInterrupt:
             self._is_interrupted = True
             for name in asked:

@@ -23,6 +23,7 @@ def mutation_json(summary: MutationSummary) -> dict[str, Any]:
         "failing": list(summary.failing),
         "runs": summary.runs,
         "skipped": summary.skipped,
+        **({"ended_early": summary.ended_early} if summary.ended_early else {}),
         **_counts(summary.counts),
         "assumptions": list(summary.assumptions),
         "operators": {name: _counts(counts) for name, counts in summary.by_operator().items()},

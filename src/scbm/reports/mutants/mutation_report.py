@@ -71,6 +71,8 @@ def _head(summary: MutationSummary, columns: int) -> Iterator[Text]:
         yield from _row("", clause, columns)
     parts = (f"{counts.of_status(status)} {status}" for status in _STATUSES)
     yield from _row("Mutants:", f"{counts.total}: {', '.join(parts)}", columns)
+    if summary.ended_early:
+        yield from _row("", summary.ended_early, columns)
     if summary.benign:
         words = f"{summary.benign} of those that survived {'breaks' if summary.benign == 1 else 'break'} no requirement"
         yield from _row("", words, columns)

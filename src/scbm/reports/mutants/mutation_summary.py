@@ -36,6 +36,7 @@ class MutationSummary:
         failing: the names of the other cases.
         results: the results, operator by operator.
         command: the command of the campaign.
+        ended_early: how far the campaign was when the user interrupted it; empty if it is complete.
     """
 
     model: BehaviorModel
@@ -46,6 +47,7 @@ class MutationSummary:
     failing: tuple[str, ...]
     results: tuple[MutantResult, ...]
     command: str
+    ended_early: str = ""
 
     @property
     def counts(self) -> MutantCounts:
