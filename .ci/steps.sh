@@ -111,8 +111,8 @@ new_project() {
   made=$(mktemp -d)
   .venv/bin/pip wheel --quiet --no-deps --wheel-dir "$made" .
   python3 -m venv "$made/.venv"
-  "$made/.venv/bin/pip" install --quiet "$made"/*.whl
+  "$made/.venv/bin/pip" install --quiet "$made"/*.whl pytest # as the CI job of a new project does
   (cd "$made" && .venv/bin/scbm init cell --example paper && cd cell && ../.venv/bin/scbm check --strict model.yaml \
-    && ../.venv/bin/scbm test model.yaml cases --fail-under 100)
+    && ../.venv/bin/scbm test model.yaml cases --fail-under 100 && ../.venv/bin/pytest -q)
   rm -rf "$made"
 }

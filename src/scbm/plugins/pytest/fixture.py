@@ -7,13 +7,15 @@ import os
 import re
 from collections import Counter
 from operator import index
+from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.files import read_case
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.plugins.pytest.session_models import ModelResults
+from scbm.plugins.pytest.session_models import ModelResults, planner_words
 from scbm.reports import failure_lines
-from scbm.testing import RandomCases
+from scbm.reports.terminal.failure_report import finding_lines
+from scbm.testing import Campaign, RandomCases, find_causes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -110,6 +112,26 @@ class ModelUnderTest:
         seed, test = index(seed), _current_test()
         drawn = RandomCases(self.behavior, self._loaded.shown).first(cases, seed)
         return tuple(self._models.run(self._loaded, case, test, ModelResults.RANDOM) for case in drawn)
+
+    def check_random(self, seed: int = 0, cases: int = 20) -> tuple[Execution, ...]:
+        """Run random cases as `random` does. Raises `AssertionError` with each cause of failures.
+
+        A cause has its cases, the smallest run that still fails, and the command that repeats its first case.
+        """
+        __tracebackhide__ = True
+        executions = self.random(seed, cases)
+        campaign = Campaign.of(self.behavior, [execution.result for execution in executions])
+        if campaign.failed_count:
+            findings = find_causes(self._loaded.tester, campaign)
+            commands = [self._again(seed, cause.positions[0]) for cause in campaign.summary.causes]
+            _, *lines = finding_lines(campaign, findings, commands)
+            raise AssertionError("\n".join(text.plain for text in lines))
+        return executions
+
+    def _again(self, seed: int, number: int) -> str:
+        """Return the command that runs a random case again."""
+        model = quote(self._loaded.shown)
+        return f"scbm run {model} --seed {seed} --case {number}{planner_words(self._models.config)}"
 
     def _execute(self, case: Case, test: str) -> Execution:
         return self._models.run(self._loaded, case, test, ModelResults.TEST)

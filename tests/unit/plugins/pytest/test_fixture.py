@@ -124,6 +124,22 @@ def test_random_cases_are_those_of_the_command(cell: pytest.Pytester, wording: W
     wording(printed.partition(", ")[2])
 
 
+def test_random_cases_that_fail_show_each_cause_with_its_smallest_run_and_a_command(
+    cell: pytest.Pytester, wording: Wording
+) -> None:
+    strict = f"{SCAN_CELL}requirements: {{never_lit: never light == green, never_done: never box_is_scanned == true}}\n"
+    (cell.path / "strict.yaml").write_text(strict, encoding="utf-8")
+    cell.makepyfile("""
+        def test_it(scbm_model):
+            assert len(scbm_model("cell.yaml").check_random(seed=3, cases=4)) == 4
+            scbm_model("strict.yaml").check_random(seed=3, cases=4)
+    """)
+    result = cell.runpytest("--scbm-planner", "greedy")
+    result.assert_outcomes(failed=1)
+    wording(line.removeprefix("E       ") for line in result.stdout.lines if line.startswith("E "))
+    assert "fixture.py" not in result.stdout.str()
+
+
 def test_a_case_can_be_given_as_a_whole(cell: pytest.Pytester, wording: Wording) -> None:
     source = """
         import pytest
