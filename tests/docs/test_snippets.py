@@ -50,8 +50,8 @@ FENCE = re.compile(r"```(\S*)")
 FILE = re.compile(r"# file: (\S+)")
 MODEL = re.compile(r"# model: (\S+)")
 DURATION = re.compile(r"(?<= in )\d+\.\d\ds\b.*")
-A_MINUTE = re.compile(r"scbm: .* \(\d+ min\)")
-"""What a command does, once a minute: on a slow machine only."""
+PROGRESS = re.compile(r"scbm: .* \(\d+ (s|min)\)")
+"""What a command does, every ten seconds: on a slow machine only."""
 EXIT_CODE = re.compile(r"# exit code (\d+)")
 
 
@@ -170,7 +170,7 @@ def run(words: tuple[str, ...], directory: Path, *, is_process: bool) -> tuple[l
     assert words[0] in PROGRAMS, f"`{words[0]}` is none of {', '.join(PROGRAMS)}"
     run_it = run_here if words[0] == "scbm" and not is_process else run_process
     text, code = run_it(words, directory)
-    lines = [line.rstrip() for line in text.splitlines() if not A_MINUTE.fullmatch(line)]
+    lines = [line.rstrip() for line in text.splitlines() if not PROGRESS.fullmatch(line)]
     return [DURATION.sub("0.12s", line) for line in lines] if words[0] == "pytest" else lines, code
 
 

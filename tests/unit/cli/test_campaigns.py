@@ -13,7 +13,9 @@ import pytest
 from scbm.cases import Case
 from scbm.cases.coverage import Obligations
 from scbm.cli.campaigns import campaign_loop
-from scbm.cli.output.progress import MinuteLines
+from scbm.cli.output import progress
+from scbm.cli.output.progress import CampaignLines
+from scbm.cli.verbs import report
 from scbm.files import read_model
 from scbm.store import read_history
 from scbm.testing import Execution, RandomCases, Tester
@@ -134,11 +136,13 @@ def test_a_report_of_many_random_cases_has_a_forecast(scbm: Callable[..., Any]) 
     assert 50 < report["visited"] <= 86
 
 
-def test_without_a_terminal_a_long_campaign_has_a_line_each_minute(wording: Wording) -> None:
+def test_without_a_terminal_a_long_campaign_has_a_line_every_ten_seconds(wording: Wording) -> None:
     model = read_model(SCAN_CELL)
     obligations, messages = Obligations.of(model), list[str]()
-    times_s = iter([100.0, 159.9, 160.0, 170.0, 400.0, 450.0, 460.0])
-    lines = MinuteLines(1_000, obligations, messages.append, lambda: next(times_s))
+    times_s = iter([100.0, 109.9, 110.0, 119.0, 130.0, 131.0, 460.0])
+    lines = CampaignLines(
+        1_000, obligations, lambda text, elapsed: messages.append(f"{text} ({elapsed})"), lambda: next(times_s)
+    )
     builder = SummaryBuilder(len(obligations.all))
     tester = Tester(model)
     for position, case in enumerate(RandomCases(model).first(6, 0), start=1):
@@ -146,6 +150,36 @@ def test_without_a_terminal_a_long_campaign_has_a_line_each_minute(wording: Word
         lines.advance(builder.summary(), None)
     assert [line.partition(" of 1000 cases, 0 failed, ")[0] for line in messages] == ["2", "4", "6"]
     wording(messages[0])
+
+
+LAMP = """behavior_model: lamp
+variables: {light: {domain: [off, on], initial: off}}
+operations:
+  switch_on: {pre: {g: light == off}, post: {g: true, a: [light <- on]}}
+goals: {lit: light == on}
+"""
+
+
+def test_without_a_terminal_all_long_work_has_lines(
+    scbm: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "_INTERVAL_S", 0.0)  # then each line is due
+    monkeypatch.setattr(report, "_SLOW", 1)
+    store, closed, model = (tmp_path / name for name in ("cov.db", "closed", "lamp.yaml"))
+    model.write_text(LAMP, encoding="utf-8")
+    for words in (
+        ("test", model, "--cases", 2, "--store", store),
+        ("report", store, "--html", tmp_path / "report.html"),
+        ("close", model, "--cases", 2, "--out", closed),
+        ("close", "--check", closed),
+        ("explain", model, "switch_on"),
+        ("mutate", model, "--cases", 2),
+        ("check", model),
+    ):
+        lines = [line for line in scbm(*words).err.splitlines() if line.startswith("scbm: ")]
+        assert lines, words
+        assert "--out" not in words or any("2 of 2" in line for line in lines)
+        assert all(re.fullmatch(r"scbm: .* \(\d+ s\)", line) and len(line) <= 80 for line in lines), lines
 
 
 def test_a_terminal_shows_how_many_cases_failed_and_the_figure(

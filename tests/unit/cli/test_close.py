@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.cells import cell_len
 
 from conftest import ROOT, Ran
-from scbm.cli.output.terminal import MinuteActivity, activity_display
+from scbm.cli.output.progress import LineClock
+from scbm.cli.output.terminal import activity_display
 from scbm.closing import CloseLimits
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.files import load_model
@@ -512,12 +514,16 @@ def test_a_model_with_little_in_it_can_be_closed(scbm: Scbm, tmp_path: Path) -> 
 # progress
 
 
-def test_elsewhere_progress_is_a_line_a_minute() -> None:
-    seconds, lines = 0.0, list[str]()
-    show = MinuteActivity(lines.append, lambda: seconds)
-    for seconds in (1.0, 59.0, 60.0, 61.0, 119.0, 300.0):
-        show(f"at {seconds:.0f} s")
-    assert lines == ["at 60 s (1 min)", "at 300 s (5 min)"]
+def test_elsewhere_progress_is_a_line_every_ten_seconds_of_at_most_80_columns(
+    capsys: pytest.CaptureFixture[str], wording: Wording
+) -> None:
+    seconds = 0.0
+    with activity_display("beginning", LineClock(lambda: seconds)) as show:
+        for seconds in (1.0, 9.9, 10.0, 11.0, 19.9, 29.0, 31.0, 300.0):
+            show(f"at {seconds:.0f} s, exploring the runs to \x1b[2J{'模' * 60} (goal 1 of 2)")
+    lines = capsys.readouterr().err.splitlines()
+    assert [cell_len(line) for line in lines if cell_len(line) > 80] == []
+    wording(lines)
 
 
 @pytest.mark.usefixtures("own_closings")

@@ -17,7 +17,7 @@ from scbm.cases.coverage import Obligations
 from scbm.cli.campaigns.over_nodes import Waiting, cell_error
 from scbm.cli.options.node_options import NodeOptions, Via, read_domain, read_time_scale
 from scbm.cli.options.option_values import read_requirements
-from scbm.cli.output.progress import MinuteLines
+from scbm.cli.output.progress import CampaignLines
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Slug
 from scbm.nodes import Lack, NotReadyError, Reason
@@ -275,7 +275,7 @@ def test_without_a_terminal_each_case_has_a_line_once_a_campaign_takes_long(word
     fails = replace(cases[2], requirements=read_requirements(["always box_is_scanned == true"], model))
     times_s = iter([100.0, 109.9, 110.0, 300.0])
     obligations = Obligations.of(model)
-    lines = MinuteLines(3, obligations, shown.append, lambda: next(times_s), each_case=True)
+    lines = CampaignLines(3, obligations, lambda text, _: shown.append(text), lambda: next(times_s), each_case=True)
     builder = SummaryBuilder(len(obligations.all))
     for position, result in enumerate(tester.results([*cases[:2], fails]), start=1):
         builder.add(result.outcome(position))

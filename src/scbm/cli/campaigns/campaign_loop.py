@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Obligations
-from scbm.cli.output.progress import CampaignProgress, MinuteLines, bar
-from scbm.cli.output.terminal import errors
+from scbm.cli.output.progress import CampaignLines, CampaignProgress, bar
+from scbm.cli.output.terminal import print_progress
 from scbm.model import InputError
-from scbm.model.visible_text import in_one_line
 from scbm.reports import counted
 from scbm.testing import Campaign
 from scbm.testing.batches.batch_summary import BatchSummary, SummaryBuilder, merge
@@ -167,10 +166,6 @@ class CampaignEnd:
         return max(0, self.campaign.count - self.campaign.summary.written)
 
 
-def _print_progress(words: str) -> None:
-    errors().line(f"scbm: {in_one_line(words)}")
-
-
 def _store(path: Path | None, suite: Suite, where: str | None) -> AbstractContextManager[Keeper | None]:
     """Return the store of the command line, if it names one."""
     if path is None:
@@ -186,4 +181,4 @@ def _progress(suite: Suite, where: str | None) -> AbstractContextManager[Campaig
     obligations = Obligations.of(suite.model)
     if (is_over_nodes or suite.count >= _SLOW) and sys.stderr.isatty():
         return bar(suite.count, obligations)
-    return nullcontext(MinuteLines(suite.count, obligations, _print_progress, each_case=is_over_nodes))
+    return nullcontext(CampaignLines(suite.count, obligations, print_progress, each_case=is_over_nodes))

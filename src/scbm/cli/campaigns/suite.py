@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from shlex import quote
@@ -14,7 +15,8 @@ from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
 from scbm.testing import Campaign, RandomCases
-from scbm.testing.batches.campaign_runs import run_campaign
+from scbm.testing.batches.batch_summary import BatchSummary
+from scbm.testing.batches.campaign_runs import run_steps
 from scbm.testing.batches.campaign_work import CampaignWork, drawn_name
 from scbm.testing.planner_override import planner_of_replay
 
@@ -120,9 +122,14 @@ class Suite:
         cases = RandomCases(self.model, str(self.file), self.network, moves_inputs=self.moves_inputs)
         return (cases.case(self.seed, number) for number in self.numbers)
 
-    def run(self, executor: Executor | None = None) -> Campaign:
-        """Run all cases in simulation; by default in this process."""
-        return run_campaign(self.work, executor)
+    def run(self, show: Callable[[str], None], executor: Executor | None = None) -> Campaign:
+        """Run all cases in simulation, by default in this process; `show` is called with the progress."""
+        total = BatchSummary(written=len(self.written))
+        with closing(run_steps(self.work, executor)) as steps:
+            for step in steps:
+                total = step.total
+                show(f"running {total.count} of {counted(self.count, 'case')}")
+        return Campaign(self.model, self.work, total)
 
     @cached_property
     def by_name(self) -> dict[str, WrittenCase]:

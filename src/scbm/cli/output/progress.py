@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from scbm.testing import CaseResult
     from scbm.testing.batches.batch_summary import BatchSummary
 
-_SLOW_S = 10.0
-"""After this time a campaign over nodes prints a line for each further case."""
+_INTERVAL_S = 10.0
+"""The time between two lines about work where no terminal shows it: CI systems end jobs that are silent for minutes."""
 
-_MINUTE_S = 60.0
-"""The time between two lines about a simulated campaign."""
+_MINUTE_S, _MINUTES_FROM_S = 60.0, 120.0
+"""A minute, and the time from which lines name minutes."""
 
 
 class CampaignProgress(Protocol):
@@ -71,14 +71,36 @@ def bar(count: int, obligations: Obligations) -> Iterator[CampaignProgress]:
         yield _Bar(progress, progress.add_task("cases", total=count, state=""), obligations)
 
 
-class MinuteLines:
-    """Prints a line each minute, or over nodes one for each case once ten seconds have passed."""
+class LineClock:
+    """Says when a line about work is due: first after ten seconds, then at most every ten seconds."""
+
+    def __init__(self, now_s: Callable[[], float] = monotonic) -> None:
+        """Start the clock."""
+        self._now_s = now_s
+        self._begun_s = now_s()
+        self._due_s = _INTERVAL_S
+
+    def is_slow(self) -> bool:
+        """Return whether the work takes ten seconds already."""
+        return self._now_s() - self._begun_s >= _INTERVAL_S
+
+    def due(self) -> str:
+        """Return the time so far, such as `30 s`, if a line is due; empty if not."""
+        elapsed_s = self._now_s() - self._begun_s
+        if elapsed_s < self._due_s:
+            return ""
+        self._due_s = elapsed_s + _INTERVAL_S
+        return f"{elapsed_s:.0f} s" if elapsed_s < _MINUTES_FROM_S else f"{elapsed_s / _MINUTE_S:.0f} min"
+
+
+class CampaignLines:
+    """Prints a line every ten seconds, or over nodes one for each case once ten seconds have passed."""
 
     def __init__(
         self,
         count: int,
         obligations: Obligations,
-        show: Callable[[str], None],
+        show: Callable[[str, str], None],
         now_s: Callable[[], float] = monotonic,
         *,
         each_case: bool = False,
@@ -88,31 +110,27 @@ class MinuteLines:
         Args:
             count: the number of cases.
             obligations: those of the model.
-            show: prints a line.
+            show: prints a line, and the time so far unless it is empty.
             now_s: a clock.
             each_case: whether each case gets a line.
         """
         self._count = count
         self._obligations = obligations
         self._show = show
-        self._now_s = now_s
+        self._clock = LineClock(now_s)
         self._each_case = each_case
-        self._begun_s = now_s()
-        self._due_s = self._begun_s + _MINUTE_S
 
     def begin(self, name: str) -> None:
         """Do nothing: a line is about cases that have finished."""
 
     def advance(self, total: BatchSummary, last: CaseResult | None) -> None:
         """Print a line if it is time for one."""
-        now_s = self._now_s()
         if self._each_case and last is not None:
-            if now_s - self._begun_s >= _SLOW_S:
-                self._show(f"{total.count} of {self._count}: {last.case.name} {_ended(last)}")
-        elif now_s >= self._due_s:
+            if self._clock.is_slow():
+                self._show(f"{total.count} of {self._count}: {last.case.name} {_ended(last)}", "")
+        elif elapsed := self._clock.due():
             figure = self._obligations.figure(total.visited)
-            self._show(f"{total.count} of {self._count} cases, {total.failed} failed, {figure}")
-            self._due_s += _MINUTE_S * (1 + (now_s - self._due_s) // _MINUTE_S)
+            self._show(f"{total.count} of {self._count} cases, {total.failed} failed, {figure}", elapsed)
 
 
 def _ended(result: CaseResult) -> str:

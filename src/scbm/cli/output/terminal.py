@@ -10,13 +10,13 @@ import os
 import re
 import sys
 from contextlib import contextmanager
-from time import monotonic
 from typing import IO, TYPE_CHECKING, Any
 
 from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
+from scbm.cli.output.progress import LineClock
 from scbm.model import Severity
 from scbm.model.visible_text import ACTING, escaped, in_one_line
 from scbm.reports import counted
@@ -32,9 +32,6 @@ _BEFORE_COMMENT = "   "
 
 _DEFAULT_COLUMNS, _MIN_COLUMNS, _MAX_COLUMNS = 80, 40, 120
 """The default width of a report in columns, and the bounds of the width of a terminal."""
-
-_MINUTE_S = 60.0
-"""The time between two lines about an activity, where no terminal shows it."""
 
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.NOTE: "bold cyan"}
 
@@ -188,32 +185,37 @@ def _coloured(diagnostic: Diagnostic) -> Text:
     return text
 
 
-class MinuteActivity:
-    """Shows an activity at most once a minute, with the minutes so far; not before the first minute has passed."""
+_PROGRESS_COLUMNS = 80
+"""The width of lines about progress where no terminal says how wide it is."""
 
-    def __init__(self, show: Callable[[str], None], now_s: Callable[[], float] = monotonic) -> None:
-        """Start the clock; `show` prints a line."""
-        self._show = show
-        self._now_s = now_s
-        self._begun_s = now_s()
-        self._minute = 0
 
-    def __call__(self, text: str) -> None:
-        """Show the text if it is time for a line."""
-        minute = int((self._now_s() - self._begun_s) // _MINUTE_S)
-        if minute > self._minute:
-            self._minute = minute
-            self._show(f"{text} ({minute} min)")
+def print_progress(text: str, elapsed: str = "") -> None:
+    """Print a line of at most 80 columns about an activity, and its time so far."""
+    begin, end = "scbm: ", f" ({elapsed})" if elapsed else ""
+    words = Text(in_one_line(text))
+    words.truncate(_PROGRESS_COLUMNS - len(begin) - len(end), overflow="ellipsis")
+    errors().line(f"{begin}{words.plain}{end}")
 
 
 @contextmanager
-def activity_display(words: str) -> Iterator[Callable[[str], None]]:
-    """Show the current activity: always on a terminal, once a minute elsewhere; yield a callback that changes it."""
+def activity_display(words: str, clock: LineClock | None = None) -> Iterator[Callable[[str], None]]:
+    """Show the current activity: on a terminal, or every ten seconds elsewhere; yield a callback that changes it."""
     if not sys.stderr.isatty():
-        yield MinuteActivity(lambda text: errors().line(f"scbm: {in_one_line(text)}"))
+        clock = clock or LineClock()
+
+        def show(text: str) -> None:
+            if elapsed := clock.due():
+                print_progress(text, elapsed)
+
+        yield show
         return
     from rich.console import Console  # noqa: PLC0415 - only where there is something to show
-    from rich.markup import escape  # noqa: PLC0415
 
-    with Console(file=sys.stderr).status(escape(words)) as status:
-        yield lambda text: status.update(escape(text))
+    console = Console(file=sys.stderr)
+    with console.status(_status(words)) as status:
+        yield lambda text: status.update(_status(text))
+
+
+def _status(text: str) -> Text:
+    """Return an activity as one line beside the spinner."""
+    return Text(in_one_line(text), no_wrap=True, overflow="ellipsis")

@@ -155,7 +155,7 @@ class _CloseRequest:
             executor = read_executor(self.jobs)
             with self.interruption.stage():
                 self.interruption.check()
-                campaign = suite.run(executor)
+                campaign = suite.run(show, executor)
             show(f"exploring {model.name}")
             closer = Closer(model, self.limits, show, executor, self.interruption)
             closing = closer.close(campaign, one_case_each=self.one_case_each)
@@ -313,7 +313,11 @@ def check_certificates(files: Sequence[Path], *, json: bool) -> int:
     opened = open_certificates(find_certificates(asked))
     paths = [model_path or file.required_model_path() for file in opened]
     models = {path: load_model(path) for path in dict.fromkeys(paths)}
-    checked = [check_file(file, models[path]) for file, path in zip(opened, paths, strict=True)]
+    checked = []
+    with activity_display("checking") as show:
+        for file, path in zip(opened, paths, strict=True):
+            show(f"checking {file.path}")
+            checked.append(check_file(file, models[path]))
     if json:
         write_json({"format_version": _VERDICTS_VERSION, "certificates": [_verdict_json(each) for each in checked]})
     else:

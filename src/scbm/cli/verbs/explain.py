@@ -50,7 +50,7 @@ def command(
         with activity_display(given.activity) as show:
             with interruption.stage():
                 interruption.check()
-                campaign = given.run()
+                campaign = given.run(show)
             show(f"exploring {loaded.name}")
             closing = Closer(loaded, limits, show, interruption=interruption).close(campaign, asked)
         explanations = explain(with_waivers(closing, review), asked, _executions(closing, given))

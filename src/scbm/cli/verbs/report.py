@@ -4,9 +4,9 @@ It has an option for each entry of `FORMATS`.
 """
 
 import os
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,7 +23,7 @@ from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.options.status_options import Certificates, WaiversFile, stored_evidence
 from scbm.cli.options.verb_options import FailUnder, Json, Missing
-from scbm.cli.output.terminal import errors, report_columns, results, write_json
+from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.files import FileWriter, without_detours
 from scbm.model import Diagnostic, InputError
 from scbm.reports import counted
@@ -36,7 +36,7 @@ from scbm.store import History, Replays, StoredCase, Written, read_history
 from scbm.testing import Execution, case_texts, find_case_files
 
 _SLOW = 200
-"""Minimum number of cases for a progress bar while they are run again."""
+"""Minimum number of cases for a display of progress while they are run again."""
 
 
 def _format_options() -> dict[str, tuple[Any, OptionInfo]]:
@@ -131,18 +131,15 @@ def write_formats(wanted: ReportFiles, history: History, writer: FileWriter) -> 
 
 
 def _text(form: ReportFormat, history: History) -> str:
-    """Return the report, with a progress bar on a terminal while many cases are run again for it."""
+    """Return the report; show the progress while many cases are run again for it."""
     replays = Replays(history)
-    if not form.runs_cases or len(history.cases) < _SLOW or not sys.stderr.isatty():
+    if not form.runs_cases or len(history.cases) < _SLOW:
         return form.text(history, replays.execute)
-    from rich.console import Console  # noqa: PLC0415 - only where there is something to show
-    from rich.progress import Progress  # noqa: PLC0415
-
-    with Progress(console=Console(file=sys.stderr), transient=True) as progress:
-        task = progress.add_task("running the cases again", total=len(history.cases))
+    numbers = count(1)
+    with activity_display("running the cases again") as show:
 
         def run_again(case: StoredCase) -> Execution | None:
-            progress.advance(task)
+            show(f"running the cases again: {next(numbers)} of {len(history.cases)}")
             return replays.execute(case)
 
         return form.text(history, run_again)

@@ -32,7 +32,7 @@ pytestmark = [
 CAMPAIGN = """
 from scbm.cli import main
 from scbm.cli.output import progress
-progress._MINUTE_S = 1e-9  # a line after each batch
+progress._INTERVAL_S = 1e-9  # a line after each batch
 main()
 """
 

@@ -88,7 +88,7 @@ def test_a_short_campaign_starts_no_processes() -> None:
 CAMPAIGN = """
 from scbm.cli import main
 from scbm.cli.output import progress
-progress._MINUTE_S = 1e-9  # a line after each batch
+progress._INTERVAL_S = 1e-9  # a line after each batch
 main()
 """
 
