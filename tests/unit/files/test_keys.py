@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from scbm.files import load_model, open_case, read_bindings
+from scbm.files import load_model, open_case, read_bindings, read_network
 from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingListType, MappingType, NamesType
@@ -54,6 +54,32 @@ class PlanKeys(Keys):
 
     first = Key(MappingType(PauseKeys), required=True)
     others = DefaultKey(MappingListType(PauseKeys, "list of pauses"), default=())
+
+
+@pytest.mark.parametrize(
+    ("written", "remedy"),
+    [
+        ("loss=10 %", "write `loss: 10 %`"),
+        ("loss = 10 %", "write `loss: 10 %`"),
+        ("loss:10 %", "write `loss: 10 %`"),
+        ("loss 10 %", "write `loss: 10 %`"),
+        ("los=10 %", "write `loss: 10 %`"),
+        ("duplicaton", "did you mean `duplication`?"),
+    ],
+)
+def test_a_key_with_its_value_is_shown_as_it_is_written(written: str, remedy: str) -> None:
+    model = load_model(MODELS / "valid" / "waivers.yaml")
+    with pytest.raises(InputError) as raised:
+        read_network(f"{written}, jitter=5 ms", model)
+    first, second = raised.value.diagnostics
+    assert (first.slug, first.remedy) == (Slug.UNKNOWN_KEY, remedy)
+    assert (second.place.column, second.remedy) == (len(written) + 3, "write `jitter: 5 ms`")
+
+
+def test_a_text_that_begins_like_no_key_has_the_keys(wording: Wording) -> None:
+    with pytest.raises(InputError) as raised:
+        read_network("10 %", load_model(MODELS / "valid" / "waivers.yaml"))
+    wording(raised.value.diagnostics[0].remedy)
 
 
 def read(text: str) -> tuple[PauseKeys, ErrorCollector]:

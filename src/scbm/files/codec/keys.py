@@ -16,6 +16,7 @@ Reading accepts trees of any shape, and passes over what the shape check reports
 from __future__ import annotations
 
 import json
+import re
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from inspect import cleandoc
@@ -100,7 +101,7 @@ class ShapeCheck:
 
     def unknown_key(self, key: str, place: Place, known: Sequence[str]) -> None:
         """Note an unknown key. One that belongs elsewhere shows that a line above it is lost or badly indented."""
-        remedy = suggestion(key, known, "the keys here are")
+        remedy = _with_colon(key, known) or suggestion(key, known, "the keys here are")
         owner = next((called for keys, called in self._owners if key in keys.declared), None)
         if owner is not None and nearest(key, known) is None:
             remedy = f"`{key}` belongs to {owner}; the keys here are: {', '.join(known)}"
@@ -113,6 +114,17 @@ class ShapeCheck:
         if all(nearest(other, known) != key for other in spot.node.items if other not in known):
             whose = f" in {spot.shown}" if spot.section is not None else ""
             self._report.add(Slug.MISSING_KEY, f"`{key}` is missing{whose}", spot.place)
+
+
+_KEY_AND_VALUE = re.compile(r"(\w+)(?:\s*[=:]\s*|\s+(?=[\d.]))(\S.*)")
+"""A key with its value, but without the colon and the blank that YAML needs: `loss=10 %`, `loss:10 %`, `loss 10 %`."""
+
+
+def _with_colon(key: str, known: Sequence[str]) -> str | None:
+    """Return the remedy for a text that is a known key and its value; `None` for any other text."""
+    match = _KEY_AND_VALUE.fullmatch(key)
+    meant = nearest(match[1], known) if match is not None else None
+    return None if match is None or meant is None else f"write `{meant}: {match[2]}`"
 
 
 def check_shape(
