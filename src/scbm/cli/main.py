@@ -14,7 +14,7 @@ import sys
 from contextlib import contextmanager, nullcontext
 from functools import cache
 from io import TextIOWrapper
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NoReturn, TextIO
 
 import scbm
 
@@ -123,11 +123,25 @@ def _run(arguments: list[str], begin: Callable[[], None]) -> int:
         return _flushed(_done(arguments, begin))
     except OSError as error:
         what = "cannot write the output" if error.filename is None else f"cannot use {error.filename}"
-        sys.stderr.write(f"scbm: {what}: {(error.strerror or str(error)).lower()}\n")
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _last_words(f"scbm: {what}: {(error.strerror or str(error)).lower()}\n")
+        _discard(sys.stdout)
         return WRONG_INPUT
     except Exception as error:  # noqa: BLE001 - the last handler: it separates defects of scbm from interruptions
         return INTERRUPTED if _is_interruption(error) else _own_fault()
+
+
+def _last_words(text: str) -> None:
+    """Write to the error stream, unless it cannot be written either."""
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except OSError:
+        _discard(sys.stderr)
+
+
+def _discard(stream: TextIO) -> None:
+    """Leave unwritten what a stream still holds."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _replace_closed_streams() -> None:
@@ -224,8 +238,8 @@ def _is_interruption(error: BaseException | None) -> bool:
 def _own_fault() -> int:
     import traceback  # noqa: PLC0415 - only where something is wrong with scbm itself
 
-    traceback.print_exc()
-    sys.stderr.write("scbm: this is a fault of scbm, not of your input. Please report it with the lines above.\n")
+    report = "Please report it with the lines above."
+    _last_words(f"{traceback.format_exc()}scbm: this is a fault of scbm, not of your input. {report}\n")
     return OWN_FAULT
 
 
@@ -235,5 +249,5 @@ def _flushed(code: int) -> int:
         try:
             stream.flush()
         except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+            _discard(stream)
     return code

@@ -112,3 +112,28 @@ def test_a_full_disk_is_reported_in_a_line(argument: str) -> None:
         done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, check=False)
     assert done.returncode == 2
     assert done.stderr == b"scbm: cannot write the output: no space left on device\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
+@pytest.mark.parametrize("is_all_full", [False, True], ids=["stderr", "both"])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        pytest.param(("check", "nowhere.yaml"), id="an error"),
+        pytest.param(("nonsense",), id="no such verb", marks=pytest.mark.slow),
+        pytest.param(("report", "nowhere.db", "--nonsense"), id="no such option", marks=pytest.mark.slow),
+    ],
+)
+def test_what_cannot_be_written_to_a_full_disk_ends_with_2(arguments: tuple[str, ...], *, is_all_full: bool) -> None:
+    with Path("/dev/full").open("wb") as full:
+        out = full if is_all_full else subprocess.DEVNULL
+        command = [sys.executable, "-m", "scbm", *arguments]
+        assert subprocess.run(command, cwd=ROOT, stdout=out, stderr=full, check=False).returncode == 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
+def test_a_report_that_cannot_be_written_to_two_full_disks_ends_with_2() -> None:
+    command = [sys.executable, "-m", "scbm", "test", BEFORE, "--cases", "2"]
+    with Path("/dev/full").open("wb") as full:
+        assert subprocess.run(command, cwd=ROOT, stdout=full, stderr=full, check=False).returncode == 2
