@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from sphinx.pycode import ModuleAnalyzer
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -18,6 +21,7 @@ html_title = "scbm"
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
 exclude_patterns = ["build"]
+html_search_scorer = str(Path(__file__).with_name("search_scorer.js"))
 nitpicky = False  # types of other packages, such as `pytest.Item`, have no pages here
 html_theme = "furo"
 html_static_path: list[str] = []
@@ -51,14 +55,31 @@ def _escape_markup(_app: object, _what: str, _name: str, _obj: object, _options:
 
 
 def _rejoin_property(_app: object, what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
-    """Undo that napoleon reads "How many failed: …" of a property as a type and a description."""
+    """Undo that napoleon reads "How many failed: …" of a property or a constant as a type and a description."""
     types = [line for line in lines if line.startswith(":type: ")]
-    if what == "property" and types:
+    if what in ("property", "data") and types:
         lines.remove(types[0])
         lines[0] = f"{types[0].removeprefix(':type: ')}: {lines[0]}"
 
 
+def _document_constants(_app: object) -> None:
+    """Give constants and type aliases that packages import the docstrings that they have where they are defined.
+
+    Sphinx reads docstrings of data in the source of one module only, and leaves out data without.
+    """
+    for page in (Path(__file__).parent / "reference" / "api").glob("*.md"):
+        for package in re.findall(r"automodule:: (\S+)", page.read_text(encoding="utf-8")):
+            known = ModuleAnalyzer.for_module(package)
+            docstrings = known.find_attr_docs()
+            for node in ast.walk(ast.parse(known.code)):
+                if isinstance(node, ast.ImportFrom) and node.module is not None and node.module.startswith("scbm."):
+                    defined = ModuleAnalyzer.for_module(node.module).find_attr_docs()
+                    keys = [("", alias.name) for alias in node.names]
+                    docstrings.update({key: defined[key] for key in keys if key in defined})
+
+
 def setup(app: Sphinx) -> None:
     """Register the hooks before and after napoleon, which has priority 500."""
+    app.connect("builder-inited", _document_constants)
     app.connect("autodoc-process-docstring", _escape_markup, priority=400)
     app.connect("autodoc-process-docstring", _rejoin_property, priority=600)

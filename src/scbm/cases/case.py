@@ -24,7 +24,10 @@ Delivery: TypeAlias = tuple[int, ...]
 """The latency of each copy of a message that arrives, in nanoseconds."""
 
 AT_ONCE: Delivery = (0,)
+"""A message arrives once, without latency."""
+
 LOST: Delivery = ()
+"""A message does not arrive."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -122,7 +122,10 @@ class ServiceType:
 
 _RESULT = (("success", FieldType.BOOL), ("message", FieldType.STRING))
 TRIGGER = ServiceType("std_srvs/srv/Trigger", (), _RESULT)
+"""The service type whose request carries nothing."""
+
 SET_BOOL = ServiceType("std_srvs/srv/SetBool", (("data", FieldType.BOOL),), _RESULT)
+"""The service type whose request carries a boolean."""
 
 
 @dataclass(frozen=True, slots=True)

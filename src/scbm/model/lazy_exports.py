@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], Any]:
     """Return the `__getattr__` of a package (PEP 562), which imports a name from its module when it is used first.
 
-    The package imports the same names under `TYPE_CHECKING`, where tools read them.
+    `dir()` of the package lists these names, too: for completion, `help()` and the documentation. The package imports
+    them under `TYPE_CHECKING`, where type checkers read them.
 
     Args:
         package: the name of the package.
@@ -29,4 +30,6 @@ def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], An
         setattr(sys.modules[package], name, value)
         return value
 
+    whole = sys.modules[package]
+    vars(whole)["__dir__"] = lambda: sorted({*vars(whole), *modules})
     return load

@@ -57,6 +57,7 @@ class Add:
 
 
 Action: TypeAlias = Assign | Add
+"""What a transition does to one variable."""
 
 
 def apply(actions: Iterable[Action], state: State) -> State | None:

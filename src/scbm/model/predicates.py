@@ -133,6 +133,7 @@ class Extreme:
 
 
 Term: TypeAlias = Reference | Constant | Sum | Extreme
+"""What a comparison compares."""
 
 
 def names_of(terms: Iterable[Term]) -> tuple[str, ...]:
@@ -449,6 +450,7 @@ class Implies:
 
 
 Predicate: TypeAlias = Truth | Equal | NotEqual | Order | Member | Not | And | Or | Implies
+"""A condition on states."""
 
 TRUE = Truth(True)
 FALSE = Truth(False)

@@ -107,6 +107,7 @@ class NoPlanFound:
 
 
 Answer: TypeAlias = Solved | Unsolvable | LimitReached | NoPlanFound
+"""The result of a search for a plan."""
 
 
 class SearchCancelledError(Exception):

@@ -372,6 +372,7 @@ Record: TypeAlias = (
     | RunEnded
     | LivelockedAtRest
 )
+"""A record of a run: one class for each kind of event."""
 
 
 @dataclass(frozen=True, slots=True)
