@@ -19,7 +19,7 @@ from scbm.cases.trace import (
     ranges_of_goals,
     sentence_of,
 )
-from scbm.model import InitialStates, PlanSet
+from scbm.model import InitialStates, PlanSet, format_moment
 from scbm.planning import (
     PLANNERS,
     DrawnPlans,
@@ -98,6 +98,14 @@ class Execution:
     model: BehaviorModel | None = field(default=None, compare=False, repr=False)
     notes: tuple[str, ...] = ()
     excluded: tuple[ExcludedValue, ...] = ()
+
+    def __str__(self) -> str:
+        """Return the run as lines: how it ended, what happened and when, and why the case failed."""
+        nominal = {} if self.model is None else self.model.nominal_state
+        events = ((record.at_ns, self.sentence(record, nominal)) for record in self.trace.records)
+        lines = [f"{format_moment(at_ns):>11}  {each.numbered_text}" for at_ns, each in events if each.label]
+        ended = f"{self.case.name}: {self.verdict.end_in_words} after {format_moment(self.ended_ns)}"
+        return "\n".join([ended, *lines, *(f"failed: {failure}" for failure in self.verdict.failures)])
 
     @property
     def result(self) -> CaseResult:
