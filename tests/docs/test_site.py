@@ -28,7 +28,18 @@ def built(into: Path, *excluded: str) -> Path:
     """Build the site without some of its pages, which takes half of the time."""
     pytest.importorskip("sphinx", reason="not installed: sphinx")
     left_out = ",".join(("build", *excluded))
-    command = [sys.executable, "-m", "sphinx", "-q", "-b", "html", "-D", f"exclude_patterns={left_out}", DOCS, into]
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-b",
+        "html",
+        "-D",
+        f"exclude_patterns={left_out}",
+        str(DOCS),
+        str(into),
+    ]
     subprocess.run(command, capture_output=True, check=True)
     return into
 
