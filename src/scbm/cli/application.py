@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 from functools import wraps
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -60,11 +61,10 @@ def run_verb(arguments: list[str], begin: Callable[[], None]) -> int:
 
 def _application(arguments: list[str], begin: Callable[[], None]) -> typer.core.TyperGroup:
     """Return the application with the verb that the arguments name, or with all verbs: loading one is faster."""
-    application = typer.Typer(
-        help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
-    )
+    application = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
     application.callback(help=_HELP, epilog=_EPILOG)(_common)
     groups = {name: typer.Typer(help=words, no_args_is_help=True) for name, words in _GROUPS.items()}
+    arguments = arguments or _words_to_complete()
     asked = [verb for verb in VERBS if arguments[: len(verb.split())] == verb.split()]
     for verb in asked or VERBS:
         group, _, name = verb.rpartition(" ")
@@ -76,10 +76,17 @@ def _application(arguments: list[str], begin: Callable[[], None]) -> typer.core.
     for name, group_application in groups.items():
         if not asked or asked[0].startswith(f"{name} "):
             application.add_typer(group_application, name=name)
-    built = typer.main.get_group(application)  # once: `Typer.__call__` would build it again
+    built = typer.main.get_command(application)  # once: `Typer.__call__` would build it again
+    assert isinstance(built, typer.core.TyperGroup)  # noqa: S101 - it has a callback
     if asked:
         _refuse_repeated(built, asked[0], arguments)
     return built
+
+
+def _words_to_complete() -> list[str]:
+    """Return the words on the command line that a shell completes: it gives them in the environment."""
+    given = os.environ.get("_TYPER_COMPLETE_ARGS") or os.environ.get("COMP_WORDS", "")
+    return given.split()[1:] if "_SCBM_COMPLETE" in os.environ else []
 
 
 class _Verb(VerbCommand):

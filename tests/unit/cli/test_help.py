@@ -68,3 +68,23 @@ def test_the_help_of_test_has_the_sections_that_it_needs(scbm: Callable[..., Ran
         ("--json", HelpSection.OUTPUT),
     ):
         assert option in found[section]
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        ("scbm te", ["test"]),
+        ("scbm test --see", ["--seed"]),
+        ("scbm init --example pa", ["packml", "paper"]),
+        ("scbm import p", ["pddl"]),
+        ("scbm import pddl --ra", ["--range"]),
+    ],
+)
+def test_a_shell_completes_verbs_options_and_values(
+    words: str, completed: list[str], scbm: Callable[..., Ran], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("_SCBM_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+    ran = scbm()
+    assert (ran.code, ran.out.split()) == (0, completed)
