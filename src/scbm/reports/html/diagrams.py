@@ -123,7 +123,8 @@ def lifecycle_svg(history: History, operation_name: str) -> str:
         target = f"#/cases?visits={quote(f'{operation_name}/{aspect}', safe='')}"
         status = statuses[aspect]
         words = _cases(count) if status in _MARKS else f"{_cases(count)}, {status.words}"
-        link = add(root, "a", href=target, aria_label=f"{aspect}: {words}")
+        link = add(root, "a", href=target)
+        add(link, "title", f"{aspect}: {words}")
         _box(link, aspect, count, status)
     return written(root)
 
@@ -250,7 +251,7 @@ def growth_svg(history: History) -> str:
     steps = tuple(growth(history.coverage))
     description = f"After {total} cases the figure is {figure}; {len(steps)} of them increased it."
     root = picture(
-        "How the figure grew with the cases", description, "growth", role="img", class_="growth", width="100%"
+        "How the figure grew with the cases", description, "growth", role="group", class_="growth", width="100%"
     )
     root.set("height", str(_CHART_HEIGHT))
     root.set("font-family", "system-ui, sans-serif")

@@ -1262,7 +1262,7 @@ const { Timelines, showTimeline } = (() => {
       { className: "tl-buttons" },
       button("−", "zoom out", () => chart.zoom(1 / 1.5), "-"),
       button("+", "zoom in", () => chart.zoom(1.5), "+"),
-      button("all", "show the whole run", () => chart.fit(), "0"),
+      button("all", "show all of the run", () => chart.fit(), "0"),
     );
     const scale = html("select", { "aria-label": "What the axis shows" });
     scale.append(new Option("over time", "time"), new Option("record by record", "records"));

@@ -30,7 +30,8 @@ def _parsed(history: History, operation: str) -> etree._Element:
 def _states(root: etree._Element) -> dict[str, tuple[str, etree._Element]]:
     """For each state that leads somewhere, by what it says first: all that it says, and its element."""
     links = root.findall(f"{SVG}a")
-    words_by_link = {link: [text for text in map(str.strip, map(str, link.itertext())) if text] for link in links}
+    seen = {link: " ".join(str(part) for text in link.iter(f"{SVG}text") for part in text.itertext()) for link in links}
+    words_by_link = {link: words.split() for link, words in seen.items()}
     return {words[1]: (" ".join(words), link) for link, words in words_by_link.items()}
 
 
@@ -134,6 +135,6 @@ def test_a_state_has_the_mark_and_the_colour_of_its_status(history: History) -> 
     root = _parsed(replace(history, decided=Statuses.of(history.coverage, proofs)), "gripper_open")
     words, link = _states(root)["timedout"]
     assert words == "\N{MULTIPLICATION SIGN} timedout no case"
-    assert link.get("aria-label") == "timedout: no case, uncoverable"
+    assert link.findtext("{*}title") == "timedout: no case, uncoverable"
     assert [group.get("class") for group in link.findall(f"{SVG}g")] == ["state uncoverable"]
     assert "timedout is uncoverable." in " ".join(_texts(root))

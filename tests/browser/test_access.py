@@ -1,0 +1,73 @@
+"""The pages for people who use screen readers, keyboards, or see little contrast (WCAG 2.2 AA)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+    from browser.conftest import Visit
+
+pytestmark = pytest.mark.browser
+
+ROUTES = (
+    "missing",
+    "operations",
+    "operation/pick_item_a",
+    "source",
+    "cases",
+    "case/seed-1-case-6",
+    "growth",
+    "findings",
+)
+
+CHECKS = """() => {
+  const isShown = (element) =>
+    element.checkVisibility({ visibilityProperty: true }) && !element.closest("[aria-hidden=true]");
+  const shown = [...document.body.querySelectorAll("*")].filter(isShown);
+  const found = (test) => shown.filter(test).map((element) => element.outerHTML.slice(0, 200));
+  const hasText = (element) => [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+  const style = (element) => getComputedStyle(element);
+  const opacity = (element) => element ? Number(style(element).opacity) * opacity(element.parentElement) : 1;
+  const textOf = (node) => node.nodeType === 3 ? node.data
+    : node.nodeType !== 1 || !isShown(node) || node.classList.contains("vh") ? ""
+    : [...node.childNodes].map(textOf).join(" ");
+  const words = (text) => text.toLowerCase().replace(/[^\\p{L}\\p{N}]+/gu, " ").trim();
+  const isMislabelled = (element) => element.matches("a[aria-label], button[aria-label]")
+    && !words(element.getAttribute("aria-label")).includes(words(textOf(element)));
+  const isInside = (element) =>
+    element.matches("a, button, input") && element.parentElement.closest("[role=img], a, button");
+  const isOnlyColoured = (element) => element.matches("p a") && hasText(element.closest("p"))
+    && !style(element).textDecorationLine.includes("underline");
+  return {
+    "faded text": found((element) => hasText(element) && opacity(element) < 1),
+    "label without the words that are seen": found(isMislabelled),
+    "control in a picture or in a control": found(isInside),
+    "link in a sentence that only its colour shows": found(isOnlyColoured),
+  };
+}"""
+
+
+def wrong(page: Page) -> dict[str, list[str]]:
+    return {what: found for what, found in page.evaluate(CHECKS).items() if found}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_is_readable_and_controls_have_the_names_that_are_seen(visit: Visit, before: Path, scheme: str) -> None:
+    page = visit.open(before, color_scheme=scheme)
+    for route in ROUTES:
+        page.evaluate(f"location.hash = '#/{route}'")
+        page.locator(".page.shown h1").first.wait_for()
+        assert wrong(page) == {}, route
+
+
+def test_so_they_are_where_cases_failed(visit: Visit, failing: Path) -> None:
+    page = visit.open(failing, "#/findings")
+    page.locator(".page.shown article").first.wait_for()
+    assert wrong(page) == {}
