@@ -171,3 +171,4 @@ class Slug(StrEnum):
     WAIVER_DATE = "waiver-date"
     NO_INSTANCE = "no-instance"
     COUNT_ALWAYS_HOLDS = "count-always-holds"
+    SUM_ALWAYS_HOLDS = "sum-always-holds"

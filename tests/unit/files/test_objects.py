@@ -519,3 +519,41 @@ def test_a_hint_can_be_written_where_it_is_given(right: str, wrong: str) -> None
     else:
         lines[found.place.line - 1] = f"{line[:begin]}{hint}{line[end:]}"
     read_model("\n".join(lines))
+
+
+SUMS = """behavior_model: sums
+types: {cell: [c1, c2]}
+variables: {a: {domain: 0..2, initial: 0}, "b[cell]": {domain: 0..2, initial: 0}}
+operations: {"go[x in cell]": {pre: {g: GUARD}, post: {g: true, a: [a <- 0]}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("guard", "begin"),
+    [
+        ("a - a < 3", "a"),
+        ("a == 1 && 5 > a + b.x", "5"),
+        ("a - b.x != 8", "a"),
+        ("a - b.x > -3", "a"),
+        ("max(a, b.x) <= 9", "max"),
+    ],
+)
+def test_a_sum_whose_comparison_always_holds_is_one_warning(guard: str, begin: str) -> None:
+    model, places = read_located(SUMS.replace("GUARD", f"'{guard}'"), "model")
+    assert len(model.operations) == 2
+    (warning,) = places.warnings
+    assert (warning.slug, warning.severity) == (Slug.SUM_ALWAYS_HOLDS, Severity.WARNING)
+    assert (warning.source_line or "")[warning.place.column - 1 :].startswith(begin)
+    assert "c1" not in warning.message
+
+
+@pytest.mark.parametrize("guard", ["a - a >= 3", "5 < a + b.x", "a - b.x == 8", "a - b.x < -3", "max(a, b.x) > 9"])
+def test_a_sum_whose_comparison_can_never_hold_is_an_error(guard: str) -> None:
+    with pytest.raises(InputError) as raised:
+        read_model(SUMS.replace("GUARD", f"'{guard}'"))
+    assert [each.slug for each in raised.value.diagnostics] == [Slug.VALUE_OUTSIDE_DOMAIN]
+
+
+@pytest.mark.parametrize("guard", ["a - a <= 2", "a + b.x < 4", "a - b.x != 1"])
+def test_a_sum_compared_with_one_of_its_values_is_good(guard: str) -> None:
+    assert read_located(SUMS.replace("GUARD", f"'{guard}'"), "model")[1].warnings == ()

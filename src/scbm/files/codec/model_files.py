@@ -40,7 +40,7 @@ class Places:
     """The places of the parts of a model in its file.
 
     Attributes:
-        warnings: what the expansion of the file warns of: entries without instances, comparisons that always hold.
+        warnings: what reading the file warns of: entries without instances, comparisons that always hold.
     """
 
     def __init__(self, document: YamlNode, source: SourceText, report: ErrorCollector) -> None:
@@ -200,6 +200,7 @@ def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     report.raise_any()
     if not reader.is_whole:
         raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
+    places.warnings = report.warnings
     return replace(model, objects=read_object_lists(lifted)), places
 
 

@@ -262,10 +262,13 @@ class ValueReader:
         def complain(slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
             self.add(slug, message, scalar.stretch(begin, end), remedy)
 
+        def warn(slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+            self.report.warn(slug, message, scalar.stretch(begin, end), remedy)
+
         def suggest(name: str, known: Iterable[str], what: str, begin: int, end: int) -> str | None:
             return self.report.suggestion(name, known, what, scalar.stretch(begin, end))
 
-        return Resolver(self.scope, where, complain, suggest)
+        return Resolver(self.scope, where, complain, suggest, warn)
 
 
 def _value_remedy(node: YamlNode, domain: Domain) -> str:

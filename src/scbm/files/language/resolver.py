@@ -56,10 +56,10 @@ _MAX_DIGITS = 18
 
 
 class Complain(Protocol):
-    """A callback that notes an error about the characters `begin..end` of the text being resolved."""
+    """A callback that notes an error or a warning about the characters `begin..end` of the text being resolved."""
 
     def __call__(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
-        """Note an error."""
+        """Note an error or a warning."""
 
 
 class Suggest(Protocol):
@@ -84,13 +84,14 @@ class _Word:
 class Resolver:
     """Resolves trees in one scope at one sort of place.
 
-    All errors of a tree are noted; the result is `None` if there are any.
+    All errors of a tree are noted; the result is `None` if there are any. Warnings are noted if `warn` is there.
     """
 
     scope: Scope
     where: Where
     complain: Complain
     suggest: Suggest = _suggestion
+    warn: Complain | None = None
     _start: Start = field(default="predicate", init=False)
 
     # whole texts
@@ -424,7 +425,7 @@ class Resolver:
             return None
         leaf = _compare(operator, first, second)
         domains = self._domains_of(leaf.reads())
-        if domains is None or not self._sums_meet(leaf, tree, domains):
+        if domains is None or not self._may_hold(operator, leaf, tree, domains):
             return None
         return leaf if self._has_few_cases(str(leaf), count_cases(leaf, _sizes(domains)), tree) else None
 
@@ -433,10 +434,20 @@ class Resolver:
         domains = {name: domain for name in names if (domain := self._domain(Reference(name))) is not None}
         return domains if len(domains) == len(names) else None
 
-    def _sums_meet(self, leaf: Equal | NotEqual | Order, tree: SyntaxTree, domains: dict[str, Domain]) -> bool:
-        """Return whether two terms can be compared (semantics 2.2)."""
+    def _may_hold(
+        self, operator: str, leaf: Equal | NotEqual | Order, tree: SyntaxTree, domains: dict[str, Domain]
+    ) -> bool:
+        """Return whether a comparison of two terms can hold (semantics 2.2); warn of a number beyond their values."""
         left, right = bounds(leaf.left, domains), bounds(leaf.right, domains)
         if max(left[0], right[0]) <= min(left[1], right[1]):
+            return True
+        is_below = left[1] < right[0]
+        always = {"<": is_below, ">": not is_below, "!": True, "=": False}[operator[0]]
+        if always and isinstance(leaf.left, Constant) is not isinstance(leaf.right, Constant):
+            term, (low, high) = (leaf.left, left) if isinstance(leaf.right, Constant) else (leaf.right, right)
+            if self.warn is not None:
+                message = f"`{term}` is from {low} to {high}, so `{leaf}` always holds"
+                self.warn(Slug.SUM_ALWAYS_HOLDS, message, *extent(tree), "leave it out, or correct the number")
             return True
         sides = ((leaf.left, left, leaf.right, _child(tree, 0)), (leaf.right, right, leaf.left, _child(tree, 2)))
         for constant, _, term, child in sides:

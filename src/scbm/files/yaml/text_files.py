@@ -69,7 +69,7 @@ class ErrorCollector:
         self._names: InstanceNames | None = InstanceNames()
         self._make_names: Callable[[], InstanceNames] = InstanceNames
         self._copies: dict[str, CopiedNames] = {}
-        self._warnings: dict[Diagnostic, None] = {}
+        self._warnings: dict[tuple[Place, Slug], Diagnostic] = {}
 
     def fold_lines(
         self, first: Place, last: int, instances: int = 0, parameters: Mapping[str, str] | None = None
@@ -193,9 +193,12 @@ class ErrorCollector:
         return first if has_alias and user != place.user else key
 
     def warn(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
-        """Note one warning, which is shown if the text has no errors."""
-        warning = replace(self._diagnostic(slug, message, place, remedy), severity=Severity.WARNING)
-        self._warnings.setdefault(warning)
+        """Note one warning, which is shown if the text has no errors; that of several instances of an entry once."""
+        is_lifted = (place.file, place.line) in self._folded
+        self._names = self.instance_names if is_lifted else self._names  # they are made at the first use
+        shown = self._as_written(message, place, is_lifted=is_lifted)
+        warning = replace(self._diagnostic(slug, shown, place, remedy), severity=Severity.WARNING)
+        self._warnings.setdefault((place, slug), warning)
 
     def _as_written(self, text: str, place: Place, *, is_lifted: bool) -> str:
         """Return a message or a remedy with names as the file has them; of entries, only with `is_lifted`."""
@@ -253,7 +256,7 @@ class ErrorCollector:
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """The warnings so far, in the order in which they were found."""
-        return tuple(self._warnings)
+        return tuple(self._warnings.values())
 
     def copy(self) -> ErrorCollector:
         """Return a collector with the same diagnostics: a text that is parsed once can be read for several models."""
