@@ -382,7 +382,7 @@ class Runner:
         self._asked = None
         state = self._state
         if answer.status is PlanStatus.SOLVED:
-            self._queue = self.program.queue(answer.plan)
+            self._queue, self._unsolvable_in = self.program.queue(answer.plan), None
             state = self._in_plan_state(PlanState.EXECUTING)
         changes = self._set(state)
         self._effects.append(PlanReceived(self._now_ns, answer.ask, answer.status.value, answer.plan, changes))

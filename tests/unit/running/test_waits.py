@@ -201,6 +201,18 @@ def test_only_a_variable_that_the_planner_reads_asks_for_a_new_plan() -> None:
     assert hand.ends == [End.REACHED]
 
 
+def test_a_run_that_had_a_plan_in_between_asks_again_in_a_state_without_plan() -> None:
+    stuck = STUCK.replace("pre: {g", "deadline: 1 s\n    pre: {g").replace('g: "true",', "g: true, gr: lamp == lit,")
+    hand = Hand(read_model(stuck), RunnerOptions(awaits_measurements=True))
+    hand.goal("there")
+    hand.give(Measured((("gate", "open"),)), 1)
+    hand.give(Measured((("gate", "closed"),)), 1.5)
+    hand.wait(2)
+    assert hand.lifecycle == ["go executing", "go timedout"]
+    assert [record.at_ns / SECOND_NS for record in hand.records if isinstance(record, PlanAsked)] == [0, 1, 2]
+    assert hand.runner.state["plan.state"] == "planning"
+
+
 def test_plans_of_a_wait_do_not_count_towards_the_limit() -> None:
     model = read_model(STUCK.replace("gate == open, a: []", "gate == open && lamp == lit"))
     hand = Hand(model, RunnerOptions(awaits_measurements=True, plan_limit=2))
