@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from scbm.cases import CONDITIONS, Case, CaseLimits, Condition, EnvironmentChange, Injection, Origin
+from scbm.cases import CONDITIONS, Case, CaseGoal, CaseLimits, Condition, EnvironmentChange, Injection, Origin
 from scbm.cases.trace import (
     InjectionApplied,
     MeasurementReceived,
@@ -169,6 +169,21 @@ def test_the_change_for_which_a_run_waited_until_its_end_is_recorded_and_no_othe
     assert (waited.verdict.end, again.trace) == ("time_limit", waited.trace)
     formed = run(press("late: {guard: true, actions: [door <- open], after: 10 s}"))
     assert (formed.verdict.end, formed.recorded_case.environment) == ("reached", ())
+
+
+@pytest.mark.parametrize("is_last", [False, True])
+def test_a_goal_that_waited_until_its_limit_is_replayed_alike(is_last: bool) -> None:  # noqa: FBT001 - as below
+    model = press("reset: {guard: stop == pressed, actions: [stop <- released], after: 10 s}")
+    pressed = model.nominal_state.replace({"stop": "pressed"})
+    missed, held = dict(model.goals)["formed"], Equal(Reference("stop"), Constant("pressed"))
+    unsolved, easy = CaseGoal("formed", missed), CaseGoal("pressed", held)
+    late = replace(unsolved, when=Equal(Reference("stop"), Constant("released")))
+    goals = [easy, late] if is_last else [unsolved, easy]
+    case = Case("case", "", missed, pressed, origin=Origin(1), limits=CaseLimits(4 * SECOND_NS)).with_goals(goals)
+    waited = Tester(model).execute(case)
+    ends = [ended.end for ended in ends_of(waited.trace.records)]
+    assert ends == (["reached", "not_started"] if is_last else ["time_limit", "reached"])
+    assert Tester(model).execute(waited.recorded_case).trace == waited.trace
 
 
 def test_a_wait_ends_when_a_transition_has_fired_whose_guard_stays_true() -> None:

@@ -74,7 +74,7 @@ class EnvironmentMoves(Protocol):
         ...
 
     def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:
-        """Return all changes of a run that has ended; `is_waiting`: it waited for a change until the end."""
+        """Return all changes of a case that has ended; `is_waiting`: a run waited until its limit for another one."""
         ...
 
 
@@ -293,7 +293,7 @@ class DrawnMoves:
         return int(self._random.random() * count)
 
     def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:
-        """Return the changes; for a run that waited until its end also the next one, for which it waited."""
+        """Return the changes; for a run that waited until its limit also the next one, for which it waited."""
         return (*self._taken, *(self._next() if is_waiting else ()))
 
     def _next(self) -> Iterator[EnvironmentChange]:

@@ -211,7 +211,7 @@ class _SimulationRun:
         self._environment = choices.environment
         self._rates = RateWatch(simulator.program) if case.environment else None
         self._left_out: list[ImpossibleChange] = []
-        self._is_waiting = False
+        self._is_waiting = self._waited_to_limit = False
         self._order = count()
         self._heap: list[tuple[int, int, _Occurrence]] = []
         self._resources = {name: SimulatedResource.of(resource) for name, resource in simulator.resources.items()}
@@ -253,11 +253,7 @@ class _SimulationRun:
         except _ImpossibleChangeError as error:
             self._end, impossible = End.IMPOSSIBLE, error.change
         assert self._end is not None  # noqa: S101 - a case has a goal, and its run has ended
-        moves = (
-            None
-            if self._environment is None
-            else self._environment.taken(is_waiting=self._is_waiting and self._end is End.TIME_LIMIT)
-        )
+        moves = None if self._environment is None else self._environment.taken(is_waiting=self._waited_to_limit)
         off_rates = () if self._rates is None else tuple(self._rates.left)
         left_out = tuple(self._left_out)
         return Simulated(self._end, self._now_ns, tuple(self._records), moves, impossible, left_out, off_rates)
@@ -292,6 +288,7 @@ class _SimulationRun:
         )
         if following is not None:
             self._schedule_ticks((following,))
+        self._waited_to_limit &= change is None
         return None if change is None else self._begin_change(change)
 
     def _begin_change(self, change: EnvironmentChange) -> Event:
@@ -367,6 +364,7 @@ class _SimulationRun:
             case RunFinished():
                 self._end = effect.end
                 self._goals -= 1
+                self._waited_to_limit |= self._is_waiting and effect.end in (End.TIME_LIMIT, End.NOT_STARTED)
             case _:
                 assert_never(effect)
 
