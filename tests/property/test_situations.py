@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -9,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.cases.coverage import Obligations, visited_by
-from scbm.cases.trace import Record
-from scbm.closing.runs.all_runs import AllRuns, CloseLimits
+from scbm.cases.trace import End, Record
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
 from scbm.closing.runs.run_graph import Edge, RunGraph
+from scbm.files import read_model
 from scbm.model import BehaviorModel, Predicate, State
 from scbm.planning import Planner, Solved
 from scbm.running import (
@@ -31,13 +33,16 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
+from scbm.running.untimed.run_notes import RunNote
 from scbm.running.untimed.situations import TIME_LIMIT, Happening, HappeningKind, Position, WaitsFor
+from scbm.testing import RandomCases, Tester
 from support.profiles import examples
 from support.random_models import random_model
 from support.strategies import running_models
 
-MAX_PLANS = 50
+MAX_PLANS = 100
 FEW = CloseLimits(situations=200, starts=16)
+NOTED = RunScope(keeps_notes=True)
 
 
 class Led:
@@ -50,10 +55,12 @@ class Led:
         self.in_flight: dict[str, int] = {}
         self.asked: AskPlan | None = None
         self.ended = False
+        self.end: End | None = None
         self.plans = 0
         self.now_ns = 0
         self.visited = 0
-        self.give(GoalGiven(*goal))
+        self.goal = GoalGiven(*goal)
+        self.give(TimePassed())  # the runner settles when it starts, before its goal
 
     def give(self, event: Event) -> None:
         effects = self.runner.handle(event, self.now_ns)
@@ -73,8 +80,8 @@ class Led:
                     del self.in_flight[resource]
             case AskPlan():
                 self.asked = effect
-            case RunFinished():
-                self.ended = True
+            case RunFinished(_, end):
+                self.ended, self.end = True, end
 
     def answer(self) -> None:
         asked, self.asked = self.asked, None
@@ -92,6 +99,8 @@ class Led:
         elif happening.kind is HappeningKind.DEADLINE:
             self.now_ns = self.runner.deadline_ns or 0
             self.give(TimePassed())
+        elif happening.kind is HappeningKind.GOAL:
+            self.give(self.goal)
         else:
             self.answer()
 
@@ -113,12 +122,37 @@ class Led:
 _NO_RECORDS = (SendRequest, CancelRequest, AskPlan, RunFinished)
 
 
+REPEATS = """
+behavior_model: repeats
+variables:
+  part: {domain: [out, raw, made], initial: out}
+resources:
+  gripper: {}
+operations:
+  fetch: {request: gripper, guard: part == out, effects: [part <- raw]}
+  make: {pre: {g: part == raw}, post: {g: true, a: [part <- made]}}
+automatic_transitions:
+  unmake: {g: part == made, a: [part <- raw]}
+goals:
+  made: part == made
+"""
+
+
+@pytest.mark.parametrize("initial", ["out", "raw"])
+def test_a_run_that_repeats_in_one_instant_ends_as_livelock_in_both(initial: str) -> None:
+    model = read_model(REPEATS.replace("initial: out", f"initial: {initial}"))
+    (graph,) = AllRuns(model, FEW, lambda _: None, NOTED).graphs
+    edges = [edge for node in range(len(graph.positions) + 1) for edge in graph.edges(node)]
+    assert End.LIVELOCK in map(_end, (graph.notes(edge.number) for edge in edges))
+    assert Tester(model).execute(RandomCases(model).case(0, 1)).verdict.end is End.LIVELOCK
+
+
 @pytest.mark.slow
 @examples(200)
 @given(st.one_of(running_models(), st.integers(0, 199).map(random_model)), st.data())
 def test_the_graph_of_runs_goes_where_the_runner_goes(model: BehaviorModel, data: st.DataObject) -> None:
     goal = data.draw(st.sampled_from(model.goals))
-    runs = AllRuns(replace(model, goals=(goal,)), FEW, lambda _: None)
+    runs = AllRuns(replace(model, goals=(goal,)), FEW, lambda _: None, NOTED)
     for graph in runs.graphs:
         if not any(graph.edges(0)):
             return  # no initial state is allowed
@@ -128,10 +162,12 @@ def test_the_graph_of_runs_goes_where_the_runner_goes(model: BehaviorModel, data
         led = Led(model, State(model.space, dict(start.values)), graph.goal)
         for _ in range(15):
             if led.plans >= MAX_PLANS:
+                assert edge.target >= 0 or led.end == _end(graph.notes(edge.number))
                 return  # closing knows no limit of plans
             assert edge.visits & runs.visits.mask == led.visited
             if edge.target < 0:
                 assert led.ended or not graph.complete
+                assert not led.ended or led.end == _end(graph.notes(edge.number))
                 break
             assert not led.ended
             assert led.agrees(graph.positions[edge.target - 1], runs)
@@ -141,6 +177,10 @@ def test_the_graph_of_runs_goes_where_the_runner_goes(model: BehaviorModel, data
             happening = graph.label(edge.number)
             assert isinstance(happening, Happening)
             led.happen(happening)
+
+
+def _end(notes: Sequence[RunNote]) -> End | None:
+    return next((note.end for note in notes if note.end is not None), None)
 
 
 def _choose(data: st.DataObject, graph: RunGraph, node: int) -> Edge:

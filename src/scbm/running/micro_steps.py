@@ -108,11 +108,22 @@ def _round(names: list[str], taken: list[str]) -> tuple[str, ...]:
 NO_TIME_PASSES = "no time passes"
 """Replaces the names of a cycle where requests are sent and answered without end at one moment."""
 
+PLANS_WITHOUT_TIME = "plans without time"
+"""Begins the detail of a livelock in which plans are asked for without end at one moment; the last plan follows."""
+
+MIN_PLANS_AT_ONCE = 50
+"""So many of the plans that a run has used, asked for in one instant, make its limit of plans a livelock."""
+
 
 def describe_cycle(names: Sequence[str]) -> str:
     """Return the result of `name_cycle` as a sentence."""
     if tuple(names) == (NO_TIME_PASSES,):
         return "requests are sent and answered without end, and no time passes: give the resources a latency"
+    if names and names[0] == PLANS_WITHOUT_TIME:
+        last = " -> ".join(names[1:]) or "empty"
+        return (
+            f"plans are asked for without end, and no time passes: each ends at once without the goal, such as {last}"
+        )
     if len(names) > 1 and names[0] == names[-1]:
         return f"automatic transitions repeat without end: {' -> '.join(names)}"
     return f"too many automatic transitions in a row, though no state repeats: {', '.join(names)}"

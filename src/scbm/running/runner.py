@@ -58,7 +58,9 @@ from scbm.running.lifecycle import OperationMove, PlanEffect
 from scbm.running.micro_steps import (
     MAX_MACRO_STEPS,
     MAX_TAKEN,
+    MIN_PLANS_AT_ONCE,
     NO_TIME_PASSES,
+    PLANS_WITHOUT_TIME,
     AutomaticMove,
     MacroStep,
     MicroStep,
@@ -201,6 +203,9 @@ class Runner:
         self._timer_ns: int | None = None
         self._goal_deadline_ns = 0
         self._plans = 0
+        self._plans_at_once = 0
+        self._counted_ns = -1
+        self._last_plan: tuple[str, ...] = ()
         self._asked: int | None = None
         self._asked_in: int | None = None
         self._unsolvable_in: int | None = None
@@ -383,6 +388,7 @@ class Runner:
         state = self._state
         if answer.status is PlanStatus.SOLVED:
             self._queue, self._unsolvable_in = self.program.queue(answer.plan), None
+            self._last_plan = answer.plan
             state = self._in_plan_state(PlanState.EXECUTING)
         changes = self._set(state)
         self._effects.append(PlanReceived(self._now_ns, answer.ask, answer.status.value, answer.plan, changes))
@@ -731,16 +737,25 @@ class Runner:
         if self._awaits_change:  # the plans of a wait do not count (semantics 5.6)
             self._awaits_change = False
         elif self._plans == self.options.plan_limit:
-            self._end(End.REPLAN_LIMIT)
+            self._end_without_plans()
             return
         else:
             self._plans += 1
+            self._plans_at_once = self._plans_at_once + 1 if self._counted_ns == self._now_ns else 1
+            self._counted_ns = self._now_ns
         self._asks += 1
         self._asked = self._asks
         changes = self._set(self._in_plan_state(PlanState.PLANNING))
         self._asked_in = self._state
         self._effects.append(PlanAsked(self._now_ns, self._asked, changes))
         self._effects.append(AskPlan(self._asked, self.state, self._goal.predicate))
+
+    def _end_without_plans(self) -> None:
+        """End a run that has used its plans: as a livelock if it asked for many of them in this instant."""
+        if self._counted_ns == self._now_ns and self._plans_at_once >= MIN_PLANS_AT_ONCE:
+            self._end(End.LIVELOCK, (PLANS_WITHOUT_TIME, *self._last_plan))
+        else:
+            self._end(End.REPLAN_LIMIT)
 
     def _make_current(self, queue: PlanQueue) -> None:
         operation, rest = queue.first, queue.rest

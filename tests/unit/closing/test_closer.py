@@ -139,7 +139,7 @@ def test_a_case_that_needs_more_plans_than_a_run_may_ask_for_has_a_limit_of_its_
 
 
 @pytest.mark.longer
-def test_a_run_that_asks_for_plans_without_end_ends_at_the_limit_of_plans() -> None:
+def test_a_run_that_asks_for_plans_without_end_in_one_instant_ends_as_livelock() -> None:
     text = """
 behavior_model: refused
 variables: {v: {domain: bool, initial: false}}
@@ -151,7 +151,7 @@ goals: {all: v == true}
 """
     closing = Closer(read_model(text, "refused.yaml")).close()
     assert decision(closing, "automatic/refuse") is Decision.COVERED
-    assert closing.cases[0].execution.verdict.end is End.REPLAN_LIMIT
+    assert closing.cases[0].execution.verdict.end is End.LIVELOCK
     assert closing.cases[0].case.limits.plans is None
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from scbm.cases import Injection
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import (
@@ -437,6 +439,25 @@ def test_the_limit_on_plans_ends_the_run() -> None:
         hand.reply(request, request, succeeded=False)
     assert hand.ends == [End.REPLAN_LIMIT]
     assert sum(isinstance(effect, AskPlan) for effect in hand.effects) == 3
+
+
+@pytest.mark.parametrize(
+    ("limit", "end"),
+    [(100, End.LIVELOCK), (50, End.LIVELOCK), (49, End.REPLAN_LIMIT), (3, End.REPLAN_LIMIT)],
+)
+def test_a_run_that_uses_its_many_plans_in_one_instant_ends_as_livelock(limit: int, end: End) -> None:
+    hand = Hand(scan_cell(), RunnerOptions(plan_limit=limit), plans=[()] * limit)
+    hand.goal()
+    assert hand.ends == [end]
+
+
+@pytest.mark.parametrize(("earlier", "end"), [(1, End.LIVELOCK), (50, End.LIVELOCK), (51, End.REPLAN_LIMIT)])
+def test_plans_of_earlier_instants_do_not_hide_a_livelock(earlier: int, end: End) -> None:
+    hand = Hand(scan_cell(), plans=[("scan_box",)] * earlier + [()] * (100 - earlier))
+    hand.goal()
+    for request in range(1, earlier + 1):
+        hand.reply(request, request, succeeded=False)
+    assert hand.ends == [end]
 
 
 def test_a_planner_that_gives_up_is_not_an_unsolvable_goal() -> None:

@@ -80,6 +80,7 @@ class RecoverySearch:
         is_complete: whether all of these runs were searched.
         is_any_waiting: whether a run waits for a change from outside, which leads it to its goal.
         is_any_unknown: whether a run waits, and it is unknown what changes from outside lead to.
+        is_any_livelocked: whether a run ends in a livelock, which fails its case by itself.
     """
 
     def __init__(self, runs: AllRuns, most: int) -> None:
@@ -103,6 +104,7 @@ class RecoverySearch:
         self.is_complete = runs.stopped is None
         self.is_any_waiting = False
         self.is_any_unknown = False
+        self.is_any_livelocked = False
 
     def missed(self) -> tuple[MissedGoal, ...]:
         """Return runs that may miss their goal, for each graph the shortest first; `is_complete` says whether all."""
@@ -250,6 +252,7 @@ class RecoverySearch:
     def _is_missed(self, graph: RunGraph, goal: str, end: End, state: int, in_flight: Sequence[int]) -> bool:
         """Return whether `recovers` blames a run for its end: not where the model allows it, or waits for a change."""
         rules = self._rules
+        self.is_any_livelocked = self.is_any_livelocked or end is End.LIVELOCK
         if end in _NOT_JUDGED or end.value in (*rules.may_end, *dict(rules.goals_may_end).get(goal, ())):
             return False
         values = self._program.packing.values(state)

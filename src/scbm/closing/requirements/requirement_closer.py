@@ -81,7 +81,7 @@ class RequirementCloser:
         self._written: list[str] = []
         self._open: dict[str, tuple[str, str | None]] = {}
         self._situations = 0
-        self._is_any_waiting = False
+        self._is_any_waiting = self._is_any_livelocked = False
         self._is_interrupted = False
 
     def decide(self, suite: Campaign, closing: Closing) -> RequirementDecisions:
@@ -184,7 +184,7 @@ class RequirementCloser:
             self._open[name] = _why_incomplete(runs)
         elif search.is_any_unknown:
             self._open[name] = (_UNKNOWN_HELP, None)
-        self._is_any_waiting = search.is_any_waiting
+        self._is_any_waiting, self._is_any_livelocked = search.is_any_waiting, search.is_any_livelocked
         if missed and name not in self._found:
             shown = self._with_canonical_plans(runs)
             if shown is not runs:
@@ -250,8 +250,13 @@ class RequirementCloser:
     def _where(self, name: str) -> str:
         if not self._model.resources:
             return "in all runs, as they send no requests"
-        if name == BuiltIn.RECOVERS.value and self._is_any_waiting:
-            return "in all runs that do not wait for a change from outside; the others are not judged"
+        if name == BuiltIn.RECOVERS.value and (self._is_any_waiting or self._is_any_livelocked):
+            parts = (
+                ("wait for a change from outside", self._is_any_waiting),
+                ("end in a livelock", self._is_any_livelocked),
+            )
+            others = " or ".join(words for words, is_any in parts if is_any)
+            return f"in all runs that do not {others}; the others are not judged"
         if name == BuiltIn.RECOVERS.value and scope_of_proofs(self._model).is_open:
             return "in all runs in which nothing changes from outside"
         return "in all runs"

@@ -170,7 +170,7 @@ class NotedSteps(RunSteps):
         return super()._ended(run, end)
 
     def _goes_round(self, run: SettlingRun) -> RunStep:
-        self._notes.append(RunNote(NoteKind.ENDS_RUN, end=End.REPLAN_LIMIT, state=run.state))
+        self._notes.append(RunNote(NoteKind.ENDS_RUN, end=End.LIVELOCK, state=run.state))
         return super()._goes_round(run)
 
     def _livelock(self, run: SettlingRun, chain: tuple[int, ...]) -> RunStep:

@@ -474,7 +474,10 @@ class RunSteps:
         return self._answer(run)
 
     def _goes_round(self, run: SettlingRun) -> RunStep:
-        """Return the step of a run that asks for plans without end, until the limit of plans."""
+        """Return the step of a run that asks for plans without end in one instant: at the limit of plans a livelock.
+
+        What follows the limit is in `cut_off`: it can end the run at each of these questions.
+        """
         return run.complete(None)
 
     def _answer(self, run: SettlingRun) -> RunStep | None:
