@@ -49,6 +49,11 @@ class Latency:
     shape: LatencyShape
     points_ns: tuple[int, ...]
 
+    @property
+    def longest_ns(self) -> int | None:
+        """The longest latency; `None` if there is none."""
+        return None if self.shape is LatencyShape.EXPONENTIAL else self.points_ns[-1]
+
 
 @dataclass(frozen=True, slots=True)
 class DrawnVariable:

@@ -1,4 +1,4 @@
-"""The reasons why cases missed obligations, as far as visits show them, with the command that explains each."""
+"""The reasons why cases missed obligations: how far they came, and what would cover the rest; with a command each."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Decision, Obligation
-from scbm.model import format_duration
+from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans
 from scbm.reports.figure_table import counted, shown_path
 
 if TYPE_CHECKING:
@@ -15,10 +15,6 @@ if TYPE_CHECKING:
 
     from scbm.cases.coverage import Coverage, ObligationStatus, Statuses
     from scbm.model import BehaviorModel
-
-
-_FEW_CASES = 20
-"""Fewer cases than this say little about the goals and initial states of a model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +33,9 @@ class Missed:
     status: Decision = Decision.UNDECIDED
 
 
-def missed_reasons(model: BehaviorModel, coverage: Coverage, file: str, statuses: Statuses) -> tuple[Missed, ...]:
+def missed_reasons(
+    model: BehaviorModel, coverage: Coverage, file: str, statuses: Statuses, kind: CampaignKind | None = None
+) -> tuple[Missed, ...]:
     """Return all missed obligations in the order of the model; `queued` ones come last, as they are not in SCBM-IAS.
 
     Those that are proved or waived are among them, though forced states may visit them.
@@ -47,8 +45,10 @@ def missed_reasons(model: BehaviorModel, coverage: Coverage, file: str, statuses
         coverage: the visits of the cases.
         file: the model file, for the commands.
         statuses: the statuses of the obligations.
+        kind: the kind of the cases; by default nothing is known of their runs.
     """
-    reasons = _MissedReasons(model, coverage.visits(), coverage.count, has_few_cases(coverage))
+    advisor = CoverAdvisor(model, coverage, kind or CampaignKind())
+    reasons = _MissedReasons(model, coverage.visits(), coverage.count, advisor)
 
     def missed(status: ObligationStatus) -> Missed:
         command = f"scbm explain {shown_path(file)} {quote(str(status.obligation))}"
@@ -57,11 +57,6 @@ def missed_reasons(model: BehaviorModel, coverage: Coverage, file: str, statuses
 
     found = [status for status in statuses.entries if status.marked is not Decision.COVERED]
     return tuple(missed(status) for status in sorted(found, key=lambda status: not status.obligation.counts))
-
-
-def has_few_cases(coverage: Coverage) -> bool:
-    """Return whether cases, written or random, are so few that more of them may visit what these missed."""
-    return coverage.count < _FEW_CASES
 
 
 def close_command(file: str) -> str:
@@ -74,38 +69,37 @@ class _MissedReasons:
     model: BehaviorModel
     visits: Mapping[Obligation, int]
     cases: int
-    are_few: bool
+    advisor: CoverAdvisor
 
     def why(self, obligation: Obligation) -> str:
-        """Return why an obligation is missing."""
+        """Return how far the cases came, and what would cover the obligation."""
+        advice = self.advisor.advice(obligation)
         subject = obligation.subject
         if obligation.aspect is Aspect.TAKEN:
-            return f"its guard never held: {self._guard(subject)}"
+            never = f"its guard never held: {self._guard(subject)}"
+            return never if advice.means is CoverMeans.GUARDED else f"{never}; {advice.about_one}"
         planned, executed = self._cases(subject, Aspect.QUEUED), self._cases(subject, Aspect.EXECUTING)
         if not planned:
-            more = "more cases, " if self.are_few else ""
-            return (
-                f"in no plan of {counted(self.cases, 'case')}: {more}another goal or another initial state may need it"
-            )
+            queued = self.advisor.advice(Obligation(subject, Aspect.QUEUED)).about_one
+            return f"in no plan of {counted(self.cases, 'case')}: {queued.removeprefix('no plan needs it: ')}"
         if obligation.aspect is Aspect.DISABLED:
-            return "its precondition held whenever it was next in the plan: an injection can disable it"
+            how = "an injection can disable it" if advice.means is CoverMeans.UNDISTURBED else advice.about_one
+            return f"its precondition held whenever it was next in the plan: {how}"
         if not executed:
-            return f"planned in {counted(planned, 'case')}, but it never started"
-        return f"executed in {counted(executed, 'case')}, {self._instead(obligation)}"
-
-    def _instead(self, obligation: Obligation) -> str:
-        """Return what did not happen to an operation that executed."""
-        deadline_ns = self.model.operation(obligation.subject).deadline_ns
-        if obligation.aspect is Aspect.FAILED:
-            return "and it never failed"
-        if obligation.aspect is Aspect.COMPLETED:
-            return "and it never completed"
-        if deadline_ns is None:
-            return "and it has no `deadline`, so it never times out"
-        return f"never beyond its deadline of {format_duration(deadline_ns)}"
+            start = self.advisor.advice(Obligation(subject, Aspect.EXECUTING)).about_one
+            return f"planned in {counted(planned, 'case')}, but it never started: {start}"
+        return f"executed in {counted(executed, 'case')}, {_INSTEAD[obligation.aspect]}: {advice.about_one}"
 
     def _cases(self, subject: str, aspect: Aspect) -> int:
         return self.visits[Obligation(subject, aspect)]
 
     def _guard(self, name: str) -> str:
         return next(str(t.running_guard) for t in self.model.automatic_transitions if t.name == name)
+
+
+_INSTEAD = {
+    Aspect.FAILED: "and it never failed",
+    Aspect.TIMEDOUT: "and it never timed out",
+    Aspect.COMPLETED: "and it never completed",
+}
+"""What did not happen to an operation that executed."""

@@ -12,6 +12,7 @@ from scbm.cli.output.terminal import folded
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel
 from scbm.reports import Setting, coverage_report
+from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.missed_reasons import missed_reasons
 from scbm.testing import Campaign, RandomCases, Tester
 from support.wording import Wording
@@ -65,14 +66,13 @@ def test_names_of_any_length_are_shown_whole(columns: int, length: int) -> None:
     [
         ("true", "complete as soon as they start"),
         ("at == away", "complete as soon as they start"),
-        ("at == home", "have no `deadline`"),
+        ("at == home", "they have no `deadline`"),
     ],
 )
 def test_operations_without_a_deadline_do_not_time_out_by_chance(guard: str, advice: str) -> None:
     back = f'post: {{g: "{guard}", a: [at <- home]}}'
-    lines = _report(
-        read_model((SMALL % "go").replace('post: {g: "true", a: [at <- home]}', back)), 80, loses_messages=True
-    )
+    model = read_model((SMALL % "go").replace('post: {g: "true", a: [at <- home]}', back))
+    lines = _report(model, 80, kind=CampaignKind(loses_messages=True))
     assert [line.split(maxsplit=2)[:2] for line in lines if " timedout " in line and line.startswith("   ")] == [
         ["1", "timedout"],
         ["1", "timedout"],

@@ -22,6 +22,7 @@ from scbm.files import load_model
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import Setting, counted, coverage_report, missing_report
 from scbm.reports.asserted_lines import asserted_json
+from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import shown_path
 from scbm.testing import MAX_SHRUNK, Tester, campaign_json, case_texts, find_causes, load_suite
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
@@ -392,7 +393,7 @@ def _setting(suite: Suite, findings: Sequence[Finding], commands: Sequence[str])
         suite.arguments,
         tuple(findings),
         tuple(commands),
-        loses_messages=suite.loses_messages,
+        kind=CampaignKind(suite.loses_messages, suite.moves_inputs),
     )
 
 

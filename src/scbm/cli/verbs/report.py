@@ -28,6 +28,7 @@ from scbm.files import FileWriter, without_detours
 from scbm.model import Diagnostic, InputError
 from scbm.reports import counted
 from scbm.reports.ci.history_json import history_json, smallest_json
+from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.formats import FORMATS, ReportFormat
 from scbm.reports.terminal.coverage_report import missing_lines
 from scbm.reports.terminal.store_report import stored_report
@@ -197,6 +198,7 @@ def command(
                     history.decided,
                     history.lifted,
                     history.forced,
+                    CampaignKind.of_store(history),
                 )
             ]
             if missing

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from scbm.cases.trace import End
 from scbm.closing.requirements.request_monitor import ViolatingWalk
 from scbm.closing.runs.walks import path_along
-from scbm.model import Assign, Constant, GoalOrder, LatencyShape, OperationState
+from scbm.model import Assign, Constant, GoalOrder, OperationState
 from scbm.model.requirements import BuiltIn
 from scbm.model.variables import CURRENT_STATE
 from scbm.planning.engines.breadth_first import BreadthFirst
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import Edge, RunGraph
-    from scbm.model import Action, BehaviorModel, Latency, Resource
+    from scbm.model import Action, BehaviorModel, Resource
     from scbm.running.program import RequestLine
     from scbm.running.untimed.situations import Position
 
@@ -184,7 +184,7 @@ class RecoverySearch:
 
     def _may_be_late(self, line: RequestLine, limit_ns: int) -> bool:
         """Return whether a reply that comes may come after a timer that began with its request or later."""
-        longest_ns = _longest_ns(line.resource.simulation.latency)
+        longest_ns = line.resource.simulation.latency.longest_ns
         return line.number in self._resent or longest_ns is None or longest_ns >= limit_ns
 
     @staticmethod
@@ -290,11 +290,6 @@ def _may_send(actions: Sequence[Action], resource: Resource) -> bool:
         return True
     is_off = Assign(resource.trigger, Constant(False)) in actions
     return not is_off and any(action.target == resource.request_state for action in actions)
-
-
-def _longest_ns(latency: Latency) -> int | None:
-    """Return the longest latency; `None` if there is none."""
-    return None if latency.shape is LatencyShape.EXPONENTIAL else latency.points_ns[-1]
 
 
 def _between_cycles(following: dict[FaultPlace, list[FaultPlace]]) -> dict[FaultPlace, list[FaultPlace]]:

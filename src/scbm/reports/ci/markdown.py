@@ -16,6 +16,7 @@ from scbm.cases.coverage import (
     status_counts_in_words,
 )
 from scbm.model.visible_text import escaped
+from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import counted, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings, united_in_words
@@ -58,9 +59,11 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
         most_characters: the maximum length; a sentence replaces the parts at the end that do not fit.
     """
     file = history.source.path
-    all_missed = missed_reasons(history.model, history.coverage, file, history.statuses) if missed is None else missed
-    undecided = [each for each in all_missed if each.status is Decision.UNDECIDED]
-    others = [each for each in all_missed if each.status is not Decision.UNDECIDED]
+    if missed is None:
+        kind = CampaignKind.of_store(history)
+        missed = missed_reasons(history.model, history.coverage, file, history.statuses, kind)
+    undecided = [each for each in missed if each.status is Decision.UNDECIDED]
+    others = [each for each in missed if each.status is not Decision.UNDECIDED]
     blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history), _figures(history)]
     folds = InstanceFolds.of(history.model)
     blocks += [*_missing(undecided, file, folds), *_not_needed(others, folds)]

@@ -23,6 +23,7 @@ from scbm.cases.coverage import (
 from scbm.model.visible_text import escaped
 from scbm.reports.asserted_lines import asserted_words
 from scbm.reports.ci.marked_lines import mark_lines
+from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import FORCED_MARK, STATUS_MARKS, short_of_goal_in_words
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
@@ -218,7 +219,8 @@ class ReportView:
     def missed(self) -> tuple[Missed, ...]:
         """The missing obligations with reasons; those that the figure does not count are last."""
         history = self.history
-        return tuple(missed_reasons(history.model, history.coverage, history.source.path, history.statuses))
+        kind = CampaignKind.of_store(history)
+        return missed_reasons(history.model, history.coverage, history.source.path, history.statuses, kind)
 
     @property
     def undecided(self) -> tuple[Missed, ...]:

@@ -5,7 +5,7 @@ The report has the reason for each missed obligation, and the commands that cove
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -13,10 +13,9 @@ from rich.text import Text
 
 from scbm.cases.coverage import Aspect, Decision, InstanceFolds, LiftedStatuses, Obligation, Statuses
 from scbm.closing.summaries import aspects_in_words
-from scbm.model import Outcome
-from scbm.model.sources import is_triggered
 from scbm.nodes.excluded_values import EXCLUDED
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
+from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans, in_few
 from scbm.reports.figure_table import (
     COLUMNS,
     DEFAULT_COLUMNS,
@@ -31,7 +30,7 @@ from scbm.reports.figure_table import (
     shown_path,
     wrapped,
 )
-from scbm.reports.missed_reasons import close_command, has_few_cases, missed_reasons
+from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
 
     from scbm.cases.coverage import Coverage
     from scbm.model import BehaviorModel
+    from scbm.reports.cover_advice import CoverAdvice
     from scbm.reports.missed_reasons import Missed
     from scbm.testing import Answers, Campaign, Finding
     from scbm.testing.cases_over_nodes import ExcludedVariable
@@ -54,6 +54,7 @@ def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has
     statuses: Statuses | None = None,
     lifted: LiftedStatuses | None = None,
     forced: int = 0,
+    kind: CampaignKind | None = None,
 ) -> Iterator[Text]:
     """Yield the missed obligations with their reasons, and the commands that cover them.
 
@@ -65,9 +66,10 @@ def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has
         statuses: the statuses of the obligations; `None` if visits alone decide them.
         lifted: the statuses of lifted obligations; by default those of this coverage alone.
         forced: the obligations that only forced states visit, as bits.
+        kind: the kind of the cases.
     """
     decided = statuses or Statuses.of(coverage, forced=forced)
-    missed = missed_reasons(model, coverage, file, decided)
+    missed = missed_reasons(model, coverage, file, decided, kind)
     figure = coverage.figure
     yield Text("Missing in ").append(model.name, style="bold").append(f": {_count(missed)} of {figure.of}")
     yield Text()
@@ -145,16 +147,6 @@ def _of_entry(entry: str, missed: Sequence[Missed], folds: InstanceFolds, column
 
 
 _REAL = "Real resources"
-_UNPLANNED = "no plan needs them: add a goal or an initial state that does"
-_UNDISTURBED = "no case disabled them while next in a plan: add an injection"
-_UNFAILING = "no request fails: force it under `outcomes` of a case, or give it a share in those of the model"
-_ANSWERED = "every request is answered: force `timeout` under `outcomes` of a case, or let `--network` lose messages"
-_UNREQUESTED = "nothing is requested that can fail: only automatic transitions can set them to `failed`"
-_ON_TIME = "nothing is requested: they time out only if their guard under `post` does not hold before the deadline"
-_TIMELESS = "they have no `deadline`, so they never time out"
-_AT_ONCE = "they complete as soon as they start, so they never time out"
-_GUARDED = "their guards never held: see above what they wait for"
-_BY_CHANCE = "perhaps by chance: run more cases"
 _ADVICE_INDENT = 17
 
 
@@ -171,7 +163,7 @@ class Setting:
         findings: the causes of failures.
         commands: for each finding the command that reproduces it.
         groups: the number of cases of each kind in words; if empty, written and random cases are counted.
-        loses_messages: whether the network of the random cases can lose messages.
+        kind: what kind of cases ran.
         where: a description of the nodes that ran the cases; empty for simulation.
         answers: the replies of each real resource, counted.
         excluded: the variables of which drivers sent values that the model excludes.
@@ -191,7 +183,7 @@ class Setting:
     findings: tuple[Finding, ...] = ()
     commands: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
-    loses_messages: bool = False
+    kind: CampaignKind = field(default_factory=CampaignKind)
     where: str = ""
     answers: tuple[Answers, ...] = ()
     excluded: tuple[ExcludedVariable, ...] = ()
@@ -201,6 +193,12 @@ class Setting:
     statuses: Statuses | None = None
     evidence: AssertionEvidence | None = None
     mutate: str = ""
+
+    def kind_of(self, campaign: Campaign) -> CampaignKind:
+        """Return the kind of the cases of a campaign; their runs can be had again unless they ran over nodes."""
+        real = tuple(answers.resource for answers in self.answers)
+        kind = replace(self.kind, real=real)
+        return kind if self.where else kind.of_campaign(campaign)
 
 
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
@@ -242,7 +240,15 @@ def _short_of_goal(campaign: Campaign) -> Iterator[Text]:
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Yield the failures, the missed obligations and their reasons."""
     coverage, forced = campaign.coverage, campaign.forced
-    yield from missing_lines(campaign.model, coverage, setting.file, setting.columns, setting.statuses, forced=forced)
+    yield from missing_lines(
+        campaign.model,
+        coverage,
+        setting.file,
+        setting.columns,
+        setting.statuses,
+        forced=forced,
+        kind=setting.kind_of(campaign),
+    )
     yield from _early(setting)
     yield from _driver_lines(setting)
     yield from finding_lines(campaign, setting.findings, setting.commands)
@@ -310,66 +316,47 @@ def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:
 
 
 def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
-    """Yield why each kind of obligation is missed and what would cover it, and the command that runs more cases."""
-    parts = [(aspect, *each) for aspect in (*COLUMNS, Aspect.TAKEN) for each in _advice(aspect, campaign, setting)]
+    """Yield why each kind of obligation is missed and what would cover it, and the commands that run more cases."""
+    parts = _advice(campaign, setting)
     if not parts:
         return
     yield Text()
     yield Text("How to cover the rest", style="bold")
-    for aspect, count, advice in parts:
-        first, *others = wrapped(advice, setting.columns, f"  {count:>3} {aspect.value:<10} ", _ADVICE_INDENT)
+    folds = InstanceFolds.of(campaign.model)
+    for (aspect, _), advice in parts.items():
+        names = folds.folded([name for name, _ in advice], is_automatic=aspect is Aspect.TAKEN)
+        words = _joined_advice(names, [each for _, each in advice], setting.columns - _ADVICE_INDENT)
+        first, *others = wrapped(words, setting.columns, f"  {len(advice):>3} {aspect.value:<10} ", _ADVICE_INDENT)
         yield Text(first[:_ADVICE_INDENT]).append(first[_ADVICE_INDENT:], style="dim")
         yield from (Text(line, style="dim") for line in others)
-    if any(advice == _BY_CHANCE for _, _, advice in parts):
-        more = 4 * max(campaign.count, 5)
-        command = f"scbm test {shown_path(setting.file)}{setting.suite}"
-        command += f" --cases {more} --seed {setting.seed}{setting.options}"
-        yield command_text("  ", command)
+    means_found = dict.fromkeys(means for _, means in parts)
+    command = f"scbm test {shown_path(setting.file)}{setting.suite} --cases"
+    drawing = f" --seed {setting.seed}{setting.options}"
+    if CoverMeans.CHANCE in means_found:
+        yield command_text("  ", f"{command} {4 * max(campaign.count, 5)}{drawing}")
+    if CoverMeans.NOT_MOVED in means_found:
+        yield command_text("  ", f"{command} {max(setting.random, 20)}{drawing} --inputs drawn")
 
 
-def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tuple[int, str]]:
-    """Yield each advice for the missed obligations of an aspect, with the number of obligations that need it."""
-    coverage, statuses = campaign.coverage, setting.statuses
-    missed = tuple(
-        obligation
-        for obligation in coverage.missed(aspect)
-        if statuses is None or statuses.decision(obligation) is Decision.UNDECIDED
-    )
-    planned = [obligation for obligation in missed if not _is_unqueued(obligation, coverage)]
-    timeless = [
-        o for o in missed if aspect is Aspect.TIMEDOUT and campaign.model.operation(o.subject).deadline_ns is None
-    ]
-    timed = [obligation for obligation in planned if obligation not in timeless]
-    if timeless:
-        from scbm.closing.advice.instant_operations import completes_at_once  # noqa: PLC0415 - few reports need it
-
-        model = campaign.model
-        at_once = sum(1 for each in timeless if completes_at_once(model.operation(each.subject), model))
-        parts = ((len(timeless) - at_once, _TIMELESS), (at_once, _AT_ONCE))
-        yield from ((count, advice) for count, advice in parts if count)
-    if aspect is Aspect.QUEUED:
-        advice = [(len(missed), _BY_CHANCE if has_few_cases(coverage) else _UNPLANNED)]
-    elif aspect is Aspect.DISABLED:
-        advice = [(len(missed), _UNDISTURBED)]
-    elif aspect is Aspect.TIMEDOUT and not (_may(campaign, Outcome.TIMEOUT) or setting.loses_messages):
-        advice = [(len(missed) - len(timeless), _ANSWERED if _has_requests(campaign) else _ON_TIME)]
-    elif aspect is Aspect.FAILED and not _may(campaign, Outcome.FAIL):
-        advice = [(len(missed), _UNFAILING if _has_requests(campaign) else _UNREQUESTED)]
-    else:
-        advice = [(len(timed), _GUARDED if aspect is Aspect.TAKEN else _BY_CHANCE)]
-    yield from ((count, words) for count, words in advice if count)
+def _advice(campaign: Campaign, setting: Setting) -> dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]]:
+    """Return the advice for the missed obligations of each aspect and means, with the names of their entries."""
+    advisor = CoverAdvisor(campaign.model, campaign.coverage, setting.kind_of(campaign))
+    found: dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]] = {}
+    for aspect in (*COLUMNS, Aspect.TAKEN):
+        for missed in campaign.coverage.missed(aspect):
+            is_open = setting.statuses is None or setting.statuses.decision(missed) is Decision.UNDECIDED
+            if is_open and advisor.is_due(missed):
+                advice = advisor.advice(missed)
+                found.setdefault((aspect, advice.means), []).append((missed.subject, advice))
+    return found
 
 
-def _is_unqueued(obligation: Obligation, coverage: Coverage) -> bool:
-    return Obligation(obligation.subject, Aspect.QUEUED) in coverage.missed(Aspect.QUEUED)
-
-
-def _has_requests(campaign: Campaign) -> bool:
-    """Return whether the model requests anything of a resource."""
-    return any(is_triggered(resource, campaign.model) for resource in campaign.model.resources)
-
-
-def _may(campaign: Campaign, outcome: Outcome) -> bool:
-    """Return whether a simulated resource can have this outcome."""
-    outcomes = [pair for resource in campaign.model.resources for pair in resource.simulation.outcomes]
-    return any(possible is outcome and probability for possible, probability in outcomes)
+def _joined_advice(names: Sequence[str], advice: Sequence[CoverAdvice], width: int) -> str:
+    """Return one clause for all obligations that lack the same means, with their names if it is about them alone."""
+    first = advice[0]
+    if not first.is_named:
+        return first.words
+    missing = in_few(tuple(dict.fromkeys(each.missing for each in advice)))
+    joined = replace(first, missing=missing)
+    words = joined.about_one if len(advice) == 1 else joined.words
+    return f"{in_few(names)}: {words}" if max(map(len, names)) < width else words

@@ -1,0 +1,435 @@
+"""What would cover a missed obligation: chance only where it can help, else what is missing for it.
+
+An obligation needs a way to happen, a share of the outcome that this way waits for, and inputs that move. Guards are
+compared with the states of some runs, where these are known.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from functools import cached_property
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage import Aspect, InstanceFolds, Obligation
+from scbm.cases.trace import RunnerStarted, RunStarted
+from scbm.model import And, Equal, Outcome, Reference, RequestState
+from scbm.model.predicates import Constant, conjuncts
+from scbm.model.satisfiability import is_satisfiable
+from scbm.model.sources import free_groups, moved, replied
+from scbm.model.variables import CURRENT_NAME
+from scbm.reports.figure_table import counted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from scbm.cases.coverage import Coverage
+    from scbm.model import Action, BehaviorModel, Operation, Predicate, Resource, Transition, Value
+    from scbm.store import History
+    from scbm.testing import Campaign, Execution
+
+_FEW_CASES = 20
+"""Fewer cases than this say little about the goals and initial states of a model."""
+
+_MAX_CASES = 20
+"""Maximum number of cases that are run again to see the states of their runs."""
+
+_MAX_STATES = 5_000
+"""Maximum number of states of runs that guards are compared with."""
+
+_MAX_NAMED = 3
+"""Maximum number of names in one advice; the others are counted."""
+
+
+class CoverMeans(Enum):
+    """The means to cover an obligation, with their words; `{}` stands for what is missing."""
+
+    CHANCE = "perhaps by chance: run more cases"
+    NEW_GOAL = "no plan needs them: add a goal or an initial state that needs them"
+    UNREAD = "no plan needs them: no guard or goal on the plans reads what they change ({}){}"
+    UNDISTURBED = "no case disabled them while next in a plan: add an injection"
+    NO_WAY = "no way to fail: add a `failed` transition, or an automatic one that sets their state to `failed`"
+    NO_FAILURES = (
+        "no share of failures in `simulation` of {}: give it one there, or force `fail` under `outcomes` of a case"
+    )
+    NO_SUCCESS = "no share of successes in `simulation` of {}: give it one there"
+    NOT_MOVED = "they wait for {}, which changes with `--inputs drawn` only"
+    NO_RATE = "they wait for {}, and no environment transition that assigns it has a rate"
+    NEVER_HELD = "they wait for {}, which held in none of {}"
+    ANSWERED = "every request is answered: force `timeout` under `outcomes` of a case, or let `--network` lose messages"
+    ON_TIME = "nothing is requested: they time out only if their guard under `post` does not hold before the deadline"
+    TIMELESS = "they have no `deadline`, so they never time out"
+    AT_ONCE = "they complete as soon as they start, so they never time out"
+    GUARDED = "their guards never held: see above what they wait for"
+
+
+_BESIDE_EXECUTION = (
+    CoverMeans.UNDISTURBED,
+    CoverMeans.NO_WAY,
+    CoverMeans.NO_FAILURES,
+    CoverMeans.ANSWERED,
+    CoverMeans.ON_TIME,
+    CoverMeans.TIMELESS,
+    CoverMeans.AT_ONCE,
+)
+"""What is missing even if the operation is in plans one day."""
+
+
+@dataclass(frozen=True, slots=True)
+class CoverAdvice:
+    """The advice for one obligation.
+
+    Attributes:
+        means: the means to cover it.
+        missing: what is missing, for the words of the means.
+        states: the number of states that a guard was compared with, in words; or where a plan could read a change.
+    """
+
+    means: CoverMeans
+    missing: str = ""
+    states: str = ""
+
+    @property
+    def words(self) -> str:
+        """The advice as a clause about several obligations."""
+        return self.means.value.format(self.missing, self.states)
+
+    @property
+    def about_one(self) -> str:
+        """The advice as a clause about one obligation."""
+        return _IN_SINGULAR.sub(lambda found: _SINGULAR[found[0]], self.words)
+
+    @property
+    def is_named(self) -> bool:
+        """Whether the advice is about these obligations alone, so that reports name them."""
+        return "{" in self.means.value or self.means is CoverMeans.NO_WAY
+
+
+_SINGULAR = {"they wait": "it waits", "they complete": "it completes", "they change": "it changes"} | {
+    "they have": "it has",
+    "they time": "it times",
+    "they never time": "it never times",
+    "they start": "it starts",
+    "their guards never": "its guard never",
+    "their": "its",
+    "needs them": "needs it",
+    "disabled them": "disabled it",
+}
+_IN_SINGULAR = re.compile("|".join(_SINGULAR))
+
+CHANCE = CoverAdvice(CoverMeans.CHANCE)
+
+
+@dataclass(frozen=True)
+class CampaignKind:
+    """What kind of cases ran.
+
+    Attributes:
+        loses_messages: whether the network could lose messages.
+        moves_inputs: whether inputs moved that no environment transition changes.
+        real: the resources that were real: their simulation says nothing about them.
+        runs: runs the cases again, in their order; by default their runs are not to be had.
+    """
+
+    loses_messages: bool = False
+    moves_inputs: bool = False
+    real: tuple[str, ...] = ()
+    runs: Callable[[], Iterator[Execution]] = field(default=lambda: iter(()), repr=False)
+
+    def of_campaign(self, campaign: Campaign) -> CampaignKind:
+        """Return the same kind with the runs of a campaign in simulation."""
+        from scbm.testing import Tester  # noqa: PLC0415 - not all reports need it
+
+        def runs() -> Iterator[Execution]:
+            execute, case = Tester(campaign.model).execute, campaign.source.case
+            yield from (execute(case(position)) for position in range(1, campaign.count + 1))
+
+        return replace(self, runs=runs)
+
+    @staticmethod
+    def of_store(history: History) -> CampaignKind:
+        """Return the kind of the cases of a store, with their runs in simulation."""
+        from scbm.store import Drawn, Replays  # noqa: PLC0415 - only reports of stores need it
+
+        def runs() -> Iterator[Execution]:
+            execute = Replays(history).execute
+            yield from (run for case in history.cases if not case.is_over_nodes and (run := execute(case)) is not None)
+
+        drawn = [case.recipe for case in history.cases if isinstance(case.recipe, Drawn)]
+        real = (name for case in history.cases for name in case.recipe.real or ())
+        return CampaignKind(
+            any(recipe.network for recipe in drawn),
+            any(recipe.moves_inputs for recipe in drawn),
+            tuple(dict.fromkeys(real)),
+            runs,
+        )
+
+    @cached_property
+    def seen(self) -> tuple[tuple[Mapping[str, Value], ...], int]:
+        """The different states of the first runs, in the order in which they are reached, and the number of runs."""
+        found: dict[tuple[Value, ...], Mapping[str, Value]] = {}
+        runs = tuple(islice(self.runs(), _MAX_CASES))
+        for run in runs:
+            state: dict[str, Value] = {}
+            for record in run.trace.records:
+                if isinstance(record, (RunnerStarted, RunStarted)):
+                    state |= record.state
+                state |= dict(record.changes)
+                if len(found) < _MAX_STATES:
+                    found.setdefault(tuple(state.values()), dict(state))
+        return tuple(found.values()), len(runs)
+
+    @property
+    def states(self) -> tuple[Mapping[str, Value], ...]:
+        """The states that guards are compared with; none if no run is to be had."""
+        return self.seen[0]
+
+    @property
+    def states_in_words(self) -> str:
+        """The number of states that guards are compared with."""
+        return f"{counted(len(self.states), 'state')} of {counted(self.seen[1], 'case')}"
+
+
+def in_few(names: Sequence[str]) -> str:
+    """Return the first names, and the number of the others."""
+    more = len(names) - _MAX_NAMED
+    return ", ".join(names) if more <= 0 else f"{', '.join(names[:_MAX_NAMED])} and {more} more"
+
+
+def has_few_cases(coverage: Coverage) -> bool:
+    """Return whether cases, written or random, are so few that more of them may visit what these missed."""
+    return coverage.count < _FEW_CASES
+
+
+class CoverAdvisor:
+    """Gives advice about the missed obligations of one coverage."""
+
+    def __init__(self, model: BehaviorModel, coverage: Coverage, kind: CampaignKind) -> None:
+        self._model = model
+        self._coverage = coverage
+        self._kind = kind
+        self._visits = coverage.visits()
+        self._known: dict[Obligation, CoverAdvice] = {}
+        self._held: dict[Predicate, bool] = {}
+        self._resources = {resource.request_state: resource for resource in model.resources}
+        free = dict.fromkeys(name for group in free_groups(model) for name in group.names)
+        rated = {a.target: None for each in model.environment if each.rate is not None for a in each.actions}
+        self._unmoved = {} if kind.moves_inputs else free
+        self._unrated = {name: None for name in moved(model) if name not in rated}
+        random = (variable.name for variable in model.variables if len(variable.random) > 1)
+        self._moving = dict.fromkeys((*rated, *(free if kind.moves_inputs else ())))
+        self._drawn = dict.fromkeys((*replied(model), *random, *self._moving))
+
+    def advice(self, obligation: Obligation) -> CoverAdvice:
+        """Return the advice for an obligation that no case visits."""
+        if obligation not in self._known:
+            self._known[obligation] = CoverAdvice(CoverMeans.GUARDED)  # what waits for itself waits for nothing else
+            self._known[obligation] = self._find(obligation)
+        return self._known[obligation]
+
+    def is_due(self, obligation: Obligation) -> bool:
+        """Return whether a report shows the advice: it is no consequence of an operation that never executes."""
+        needed = Aspect.EXECUTING if obligation.aspect in _WHILE_EXECUTING else Aspect.QUEUED
+        is_first = obligation.aspect in (Aspect.TAKEN, Aspect.QUEUED)
+        has_begun = is_first or bool(self._visits[Obligation(obligation.subject, needed)])
+        return has_begun or self.advice(obligation).means in _BESIDE_EXECUTION
+
+    def _find(self, obligation: Obligation) -> CoverAdvice:
+        if obligation.aspect is Aspect.TAKEN:
+            transition = next(t for t in self._model.automatic_transitions if t.name == obligation.subject)
+            return self._of_guards(transition.running_guard)
+        operation = self._model.operation(obligation.subject)
+        of_aspect: dict[Aspect, Callable[[Operation], CoverAdvice]] = {
+            Aspect.QUEUED: self._queued,
+            Aspect.DISABLED: self._disabled,
+            Aspect.EXECUTING: lambda each: self._of_guards(each.pre.running_guard),
+            Aspect.FAILED: self._failed,
+            Aspect.TIMEDOUT: self._timedout,
+            Aspect.COMPLETED: lambda each: self._of_guards(each.post.running_guard),
+        }
+        return of_aspect[obligation.aspect](operation)
+
+    # operations
+
+    def _queued(self, operation: Operation) -> CoverAdvice:
+        """Return why no plan has an operation: nothing on the plans reads what it changes, or another goal would."""
+        changed = dict.fromkeys(action.target for action in (*operation.pre.a, *operation.post.a))
+        on_plans = [o for o in self._model.operations if self._visits[Obligation(o.name, Aspect.QUEUED)]]
+        guards = [t.g for each in on_plans for t in (each.pre, each.post)]
+        read = (name for part in (*guards, *(goal for _, goal in self._model.goals)) for name in part.reads())
+        if on_plans and not any(name in changed for name in read):
+            folds = InstanceFolds.of(self._model)
+            plans = in_few(folds.folded(each.name for each in on_plans))
+            where = f"; the plans have {plans}: one of them may lack a condition, or add a goal that reads it"
+            return CoverAdvice(CoverMeans.UNREAD, folds.in_entries(in_few([*changed]) or "nothing"), where)
+        return CHANCE if has_few_cases(self._coverage) else CoverAdvice(CoverMeans.NEW_GOAL)
+
+    def _disabled(self, operation: Operation) -> CoverAdvice:
+        """Return how an operation becomes disabled: by an input that its guard reads, else by an injection."""
+        read = operation.pre.running_guard.reads()
+        name = next((name for name in read if name in self._unmoved), None)
+        if name is not None:
+            return CoverAdvice(CoverMeans.NOT_MOVED, f"a change of {name}")
+        return CHANCE if any(name in self._moving for name in read) else CoverAdvice(CoverMeans.UNDISTURBED)
+
+    def _failed(self, operation: Operation) -> CoverAdvice:
+        """Return how an operation fails; of several ways one that chance can take is preferred."""
+        found = [self._of_guards(guard) for guard in self._ways_to_fail(operation)]
+        if not found:
+            return CoverAdvice(CoverMeans.NO_WAY)
+        return CHANCE if CHANCE in found else found[0]
+
+    def _ways_to_fail(self, operation: Operation) -> Iterator[Predicate]:
+        """Yield the guards that fail an operation: its own, and those about its requests and about itself."""
+        if operation.failed is not None:
+            yield operation.failed.running_guard
+        used = dict.fromkeys(resource.request_state for resource in self._used(operation))
+        for transition in _failing(operation, self._model):
+            waited = [name for name in transition.running_guard.reads() if name in self._resources]
+            is_own = not used or not waited or any(name in used for name in waited)
+            current = And((transition.running_guard, Equal(Reference(CURRENT_NAME), Constant(operation.name))))
+            if is_own and is_satisfiable(current, self._model.running_space) is not False:
+                yield transition.running_guard
+
+    def _timedout(self, operation: Operation) -> CoverAdvice:
+        from scbm.closing.advice.instant_operations import completes_at_once  # noqa: PLC0415 - few reports need it
+
+        if operation.deadline_ns is None:
+            return CoverAdvice(CoverMeans.AT_ONCE if completes_at_once(operation, self._model) else CoverMeans.TIMELESS)
+        used = self._used(operation)
+        if used and (self._kind.loses_messages or any(self._may_miss(each, operation) for each in used)):
+            return CHANCE
+        waits = (part for part in conjuncts(operation.post.running_guard) if not self._is_about_requests(part))
+        found = [advice for advice in map(self._lacking, waits) if advice is not None]
+        if found:
+            return found[0]
+        return CoverAdvice(CoverMeans.ANSWERED if used else CoverMeans.ON_TIME)
+
+    def _may_miss(self, resource: Resource, operation: Operation) -> bool:
+        """Return whether a simulated resource may let the deadline of an operation pass."""
+        latency, deadline_ns = resource.simulation.latency, operation.deadline_ns
+        is_late = latency.longest_ns is None or (deadline_ns is not None and latency.longest_ns >= deadline_ns)
+        return is_late or self._has_share(resource, Outcome.TIMEOUT) or self._ignores_failure(resource, operation)
+
+    def _ignores_failure(self, resource: Resource, operation: Operation) -> bool:
+        """Return whether a resource can fail, and an operation waits on."""
+        awaited = map(self._awaited, conjuncts(operation.post.running_guard))
+        completes = any(each is resource and Outcome.FAIL in outcomes for each, outcomes in awaited)
+        is_noticed = completes or next(self._ways_to_fail(operation), None) is not None
+        return not is_noticed and self._has_share(resource, Outcome.FAIL)
+
+    def _used(self, operation: Operation) -> list[Resource]:
+        """Return the resources whose requests an operation reads or changes."""
+        parts = [part for part in (operation.pre, operation.post, operation.failed) if part is not None]
+        names = dict.fromkeys(name for part in parts for name in part.running_guard.reads())
+        names |= dict.fromkeys(a.target for part in parts for a in part.running_actions)
+        names |= dict.fromkeys(action.target for action in operation.timedout)
+        return [each for each in self._model.resources if each.request_state in names or each.trigger in names]
+
+    # guards
+
+    def _of_guards(self, guard: Predicate) -> CoverAdvice:
+        """Return what a guard waits for that nothing in these runs gives; chance if there is no such condition."""
+        parts = conjuncts(guard)
+        lacking = next((found for found in map(self._lacking, parts) if found is not None), None)
+        if lacking is not None:
+            return lacking
+        if not self._kind.states:
+            return CHANCE if any(map(self._is_drawn, parts)) else CoverAdvice(CoverMeans.GUARDED)
+        waits = next((part for part in parts if not self._has_held(part) and not self._is_drawn(part)), None)
+        if waits is None:
+            return CHANCE
+        return CoverAdvice(CoverMeans.NEVER_HELD, f"`{waits}`", self._kind.states_in_words)
+
+    def _lacking(self, part: Predicate) -> CoverAdvice | None:
+        """Return what a condition lacks whatever chance does: a share of an outcome, or an input that moves."""
+        resource, outcomes = self._awaited(part)
+        if resource is not None and outcomes and not any(self._has_share(resource, each) for each in outcomes):
+            means = CoverMeans.NO_FAILURES if Outcome.FAIL in outcomes else CoverMeans.NO_SUCCESS
+            return CoverAdvice(means, resource.name)
+        if self._has_held(part):
+            return None
+        read = part.reads()
+        unmoved = next((name for name in read if name in self._unmoved), None)
+        if unmoved is not None:
+            return CoverAdvice(CoverMeans.NOT_MOVED, f"`{part}`")
+        if any(name in self._unrated for name in read):
+            return CoverAdvice(CoverMeans.NO_RATE, f"`{part}`")
+        return None
+
+    def _awaited(self, part: Predicate) -> tuple[Resource | None, tuple[Outcome, ...]]:
+        """Return the resource whose reply a condition waits for, and the outcomes that it accepts."""
+        read = part.reads()
+        resource = self._resources.get(read[0]) if len(read) == 1 else None
+        if resource is None:
+            return None, ()
+        accepted = [state for state in RequestState if part.holds({read[0]: state.value})]
+        if any(state not in _REPLIES for state in accepted):
+            return resource, ()
+        return resource, tuple(_REPLIES[state] for state in accepted)
+
+    def _has_share(self, resource: Resource, outcome: Outcome) -> bool:
+        is_real = resource.name in self._kind.real
+        return is_real or any(each is outcome and share for each, share in resource.simulation.outcomes)
+
+    def _is_about_requests(self, part: Predicate) -> bool:
+        return any(name in self._resources for name in part.reads())
+
+    def _has_held(self, part: Predicate) -> bool:
+        """Return whether a condition held in a known state; if none is known, whether it holds at first."""
+        if part not in self._held:
+            initial = {variable.name: variable.initial for variable in self._model.running_space}
+            self._held[part] = any(map(part.holds, self._kind.states or (initial,)))
+        return self._held[part]
+
+    def _is_drawn(self, part: Predicate) -> bool:
+        """Return whether chance can make a condition hold: it draws what it reads, or a step that assigns it."""
+        read = part.reads()
+        if any(name in self._drawn for name in read) or self._awaited(part)[1]:
+            return True
+        return any(
+            self._may_hold_after(part, actions) and self._may_follow(obligation, actions)
+            for obligation, actions in self._steps
+            if any(action.target in read for action in actions)
+        )
+
+    def _may_follow(self, obligation: Obligation, actions: Sequence[Action]) -> bool:
+        """Return whether chance can take a step that was not taken, or once more a fault that is counted."""
+        if not self._visits[obligation]:
+            return self.advice(obligation) == CHANCE
+        return obligation.aspect in (Aspect.FAILED, Aspect.TIMEDOUT) and any(action.reads() for action in actions)
+
+    @staticmethod
+    def _may_hold_after(part: Predicate, actions: Sequence[Action]) -> bool:
+        """Return whether a condition on one variable may hold after actions; of several variables it may always."""
+        read = part.reads()
+        values = [action.value({}) for action in actions if action.target in read and not action.reads()]
+        return len(read) > 1 or not values or any(part.holds({read[0]: value}) for value in values)
+
+    @cached_property
+    def _steps(self) -> tuple[tuple[Obligation, tuple[Action, ...]], ...]:
+        """The steps that change variables, with the obligation that each visits."""
+        found: list[tuple[Obligation, tuple[Action, ...]]] = []
+        for each in self._model.operations:
+            found.append((Obligation(each.name, Aspect.EXECUTING), each.pre.running_actions))
+            found.append((Obligation(each.name, Aspect.COMPLETED), each.post.running_actions))
+            found.append((Obligation(each.name, Aspect.TIMEDOUT), each.timedout))
+            if each.failed is not None:
+                found.append((Obligation(each.name, Aspect.FAILED), each.failed.running_actions))
+        found += [(Obligation(t.name, Aspect.TAKEN), t.running_actions) for t in self._model.automatic_transitions]
+        return tuple(found)
+
+
+_WHILE_EXECUTING = (Aspect.FAILED, Aspect.TIMEDOUT, Aspect.COMPLETED)
+
+_REPLIES = {RequestState.SUCCEEDED: Outcome.SUCCEED, RequestState.FAILED: Outcome.FAIL}
+
+
+def _failing(operation: Operation, model: BehaviorModel) -> list[Transition]:
+    """Return the automatic transitions that may fail an operation."""
+    from scbm.closing.proofs.proofs import failing_transitions  # noqa: PLC0415 - few reports need it
+
+    names = failing_transitions(operation, model)
+    return [transition for transition in model.automatic_transitions if transition.name in names]

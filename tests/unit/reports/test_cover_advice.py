@@ -1,0 +1,144 @@
+"""What would cover a missed obligation: chance is named only where it can help."""
+
+from __future__ import annotations
+
+import pytest
+
+from scbm.cases.coverage import Aspect, Obligation, Statuses
+from scbm.files import read_model
+from scbm.model import BehaviorModel
+from scbm.reports import Setting, coverage_report
+from scbm.reports.cover_advice import CampaignKind, CoverAdvice, CoverAdvisor, CoverMeans
+from scbm.reports.missed_reasons import missed_reasons
+from scbm.testing import Campaign, RandomCases, Tester
+from support.wording import Wording
+
+DELIVERY = """
+behavior_model: delivery
+variables:
+  robot_at: {domain: [dock, pantry], initial: dock}
+  load: {domain: [empty, item], initial: empty}
+  inspected: {domain: bool, initial: false}
+  door: {domain: [open, closed], initial: closed, source: input}
+  lamp: {domain: bool, initial: false, source: state}
+resources:
+  base: {simulation: {latency: 10 s}}
+  dispenser: {simulation: {latency: 3 s, outcomes: {succeed: 0.7, fail: 0.3}}}
+  arm: {simulation: {latency: 1 s, outcomes: {succeed: 0.999, fail: 0.001}}}
+operations:
+  go: {request: base, deadline: 60 s, guard: robot_at == dock, effects: [robot_at <- pantry]}
+  dispense:
+    deadline: 20 s
+    pre:
+      g: robot_at == pantry && load == empty && dispenser_req_state == initial && dispenser_req_trigger == false
+      a: [dispenser_req_trigger <- true]
+    post:
+      g: true
+      gr: dispenser_req_state in {succeeded, failed}
+      a: [load <- item, dispenser_req_state <- initial, dispenser_req_trigger <- false]
+    timedout: [dispenser_req_trigger <- false]
+  grip: {request: arm, deadline: 60 s, guard: load == item, effects: [load <- empty]}
+  inspect: {pre: {g: inspected == false}, post: {g: true, a: [inspected <- true]}}
+automatic_transitions:
+  greet: {g: door == open, a: [lamp <- true]}
+  shine: {g: robot_at == pantry && lamp == true, a: [lamp <- false]}
+goals:
+  loaded: load == item
+  emptied: load == empty && robot_at == pantry
+"""
+
+
+def campaign_of(model: BehaviorModel, count: int = 20, *, moves_inputs: bool = False) -> Campaign:
+    tester, cases = Tester(model), RandomCases(model, moves_inputs=moves_inputs)
+    return Campaign.of(model, [tester.execute(cases.case(1, number)).result for number in range(1, count + 1)])
+
+
+def advisor_of(*changes: tuple[str, str], count: int = 20, moves_inputs: bool = False) -> CoverAdvisor:
+    text = DELIVERY
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    campaign = campaign_of(read_model(text), count, moves_inputs=moves_inputs)
+    kind = CampaignKind(moves_inputs=moves_inputs).of_campaign(campaign)
+    return CoverAdvisor(campaign.model, campaign.coverage, kind)
+
+
+def advice(name: str, *changes: tuple[str, str], count: int = 20, moves_inputs: bool = False) -> CoverAdvice:
+    subject, aspect = name.split("/")
+    obligation = Obligation(aspect, Aspect.TAKEN) if subject == "automatic" else Obligation(subject, Aspect(aspect))
+    return advisor_of(*changes, count=count, moves_inputs=moves_inputs).advice(obligation)
+
+
+@pytest.mark.parametrize(
+    ("obligation", "means"),
+    [
+        ("go/failed", CoverMeans.NO_FAILURES),
+        ("dispense/failed", CoverMeans.NO_WAY),
+        ("grip/failed", CoverMeans.CHANCE),
+        ("automatic/base_failed", CoverMeans.NO_FAILURES),
+        ("automatic/arm_failed", CoverMeans.CHANCE),
+        ("go/timedout", CoverMeans.ANSWERED),
+        ("dispense/timedout", CoverMeans.ANSWERED),
+        ("go/disabled", CoverMeans.UNDISTURBED),
+        ("automatic/greet", CoverMeans.NOT_MOVED),
+        ("automatic/shine", CoverMeans.NEVER_HELD),
+        ("inspect/queued", CoverMeans.UNREAD),
+    ],
+)
+def test_chance_is_named_only_where_it_can_help(obligation: str, means: CoverMeans) -> None:
+    assert advice(obligation).means is means
+
+
+def test_the_condition_is_named_that_never_held() -> None:
+    found = advice("automatic/shine")
+    assert found.missing == "`lamp == true`"
+    assert found.states.endswith("states of 20 cases")
+
+
+@pytest.mark.parametrize(("count", "means"), [(3, CoverMeans.CHANCE), (20, CoverMeans.NEW_GOAL)])
+def test_more_cases_may_plan_what_a_goal_reads(count: int, means: CoverMeans) -> None:
+    read = ("emptied: load == empty && robot_at == pantry", "emptied: load == empty || inspected == true")
+    assert advice("inspect/queued", read, count=count).means is means
+
+
+def test_what_no_plan_reads_is_named_with_the_operations_that_could_read_it() -> None:
+    found = advice("inspect/queued")
+    assert found.missing == "inspected"
+    assert "go, dispense" in found.states
+
+
+def test_moved_inputs_are_left_to_chance() -> None:
+    never = ("initial: closed, source: input", "initial: closed, source: input}\n  e: {domain: bool, initial: false")
+    assert advice("automatic/greet", never, count=0, moves_inputs=True).means is CoverMeans.CHANCE
+
+
+def test_an_input_whose_transitions_have_no_rate_does_not_move() -> None:
+    person = "environment:\n  opens: {guard: door == closed, actions: [door <- open]}\ngoals:\n"
+    assert advice("automatic/greet", ("goals:\n", person)).means is CoverMeans.NO_RATE
+    rated = person.replace("<- open]}", "<- open], every: 100000 s}")
+    assert advice("automatic/greet", ("goals:\n", rated)).means is CoverMeans.CHANCE
+
+
+def test_a_resource_that_may_be_late_or_silent_lets_deadlines_pass() -> None:
+    for simulation in ("latency: {exponential: 1 s}", "latency: 60 s", "outcomes: {succeed: 0.9999, timeout: 0.0001}"):
+        changed = ("base: {simulation: {latency: 10 s}}", f"base: {{simulation: {{{simulation}}}}}")
+        assert advice("go/timedout", changed, count=0).means is CoverMeans.CHANCE
+
+
+def test_what_follows_from_a_step_that_chance_takes_is_left_to_chance() -> None:
+    waits = ("  shine: {g: robot_at == pantry && lamp == true", "  shine: {g: robot_at == pantry && load == item")
+    assert advice("automatic/shine", waits, count=0).means is CoverMeans.CHANCE
+
+
+def test_all_reports_say_the_same(wording: Wording) -> None:
+    campaign = campaign_of(read_model(DELIVERY))
+    reasons = missed_reasons(
+        campaign.model,
+        campaign.coverage,
+        "delivery.yaml",
+        Statuses.of(campaign.coverage),
+        CampaignKind().of_campaign(campaign),
+    )
+    wording("\n".join(f"{missed.obligation}: {missed.reason}" for missed in reasons))
+    lines = [line.plain for line in coverage_report(campaign, Setting("delivery.yaml", 1, 20))]
+    wording("\n".join(lines[lines.index("How to cover the rest") :]))
