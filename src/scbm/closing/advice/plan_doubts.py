@@ -63,6 +63,9 @@ _MAX_COMBINATIONS = 20_000
 """Maximum number of combinations of random values that are enumerated for initial states."""
 
 
+_MAX_MULTIPLIED = 3
+"""Maximum number of variables and operations that are named where a limit ends the exploration."""
+
 _FEW = 5_000
 """Number of states that the canonical planner expands for a goal before the greedy one is asked."""
 
@@ -201,14 +204,27 @@ def _never_recovered(
     if not reach.complete:
         values = ValueSets(model.running_space, possible_values(model))
         yield from (_proved(name) for name in names if not values.can_hold(model.operation(name).pre.g))
-        message = f"recovery reaches more than {exploration.limits.states:,} states"
-        yield Unfinished(message)
+        yield Unfinished(_too_many(names, reach, task, exploration.limits.states))
         return
     count = len(exploration.reach.states)
     where = f"enabled in none of the {count} states" if count > 1 else "not enabled in the only state"
     for name in _never_enabled_in(reach, task, names):
         message = f"{name} is {where} that plans can reach, nor after failures and automatic transitions"
         yield Doubt(Slug.OPERATION_NEVER_ENABLED, message, ("operations", name, "pre", "g"))
+
+
+def _too_many(names: Sequence[str], reach: Reach, task: Task, limit: int) -> str:
+    """Return why failures, timeouts and automatic transitions were not explored to the end, in words of the model."""
+    declared = [variable for variable in task.packing.space if not variable.role.is_runner]
+    masks = {variable.name: task.packing[variable.name].mask for variable in declared}
+    counts = {name: len({state & mask for state in reach.states}) for name, mask in masks.items()}
+    most = sorted((name for name in counts if counts[name] > 1), key=lambda name: -counts[name])[:_MAX_MULTIPLIED]
+    values = ", ".join(f"{name} ({counts[name]} values)" for name in most)
+    asked = ", ".join(names[:_MAX_MULTIPLIED]) + (" and others" if len(names) > _MAX_MULTIPLIED else "")
+    return (
+        f"whether {asked} can be enabled after failures, timeouts and automatic transitions is unknown: these lead to "
+        f"more than {limit:,} states, as the values of variables multiply: {values}; smaller domains have fewer"
+    )
 
 
 def _never_enabled_in(reach: Reach, task: Task, names: Sequence[str]) -> list[str]:

@@ -13,6 +13,7 @@ from scbm.model import BehaviorModel, Slug
 from scbm.testing import RandomCases, Tester
 from support.models import scan_cell
 from support.profiles import longer_but_one_in
+from support.wording import Wording
 
 ROOT = Path(__file__).parents[4]
 SOUND = sorted((*(ROOT / "examples").glob("*/*.yaml"), *(ROOT / "study" / "models").glob("*.yaml")))
@@ -230,6 +231,14 @@ def test_operations_that_only_recovery_enables_are_not_doubted(limits: CheckLimi
     doubts = check_model(read_model(_RECOVERY), limits).doubts
     never = [doubt.path[1] for doubt in doubts if doubt.slug is Slug.OPERATION_NEVER_ENABLED]
     assert never == ["impossible"]
+
+
+def test_a_limit_on_states_after_failures_names_the_variables_that_multiply(wording: Wording) -> None:
+    checked = check_model(read_model(_RECOVERY), CheckLimits(states=20))
+    (clause,) = checked.unfinished
+    assert "failures (" in clause
+    assert "whether after_failure, after_timeout, after_automatic and others" in clause
+    wording(clause)
 
 
 _FAILED_BY_A_TRANSITION = """
