@@ -85,6 +85,12 @@ def short_of_goal_in_words(cases: int, excuses: Mapping[Excuse, int]) -> str:
     return f"{counted(cases, 'case')}{goals}, {reasons}" if cases else ""
 
 
+def verdict_lines(cases: int, failed: int) -> Iterator[Text]:
+    """Yield how many cases passed and failed; nothing if none failed."""
+    if failed:
+        yield Text(f"  Verdicts: {cases - failed} passed, {failed} failed")
+
+
 def requirements_off_lines(model: BehaviorModel, columns: int) -> Iterator[Text]:
     """Yield a line for each built-in requirement that a model switches off, with the reason."""
     for name, reason in model.requirements_off:

@@ -19,6 +19,7 @@ from scbm.cases.coverage import (
     Unnamed,
     bits_of,
 )
+from scbm.cases.trace import End
 from scbm.testing.batches.batch_summary import BatchSummary, CaseOutcome, SummaryBuilder
 from scbm.testing.batches.campaign_work import ListedCases
 from scbm.testing.batches.forecast import Forecast, forecast
@@ -113,6 +114,11 @@ class Campaign:
     def failed(self) -> tuple[CaseResult, ...]:
         """The results of the listed cases that failed."""
         return tuple(self.result(o) for o in self.summary.outcomes if not o.verdict.passed)
+
+    def reached_from(self, position: int) -> int:
+        """Return how many cases from a position on reached their last goal; all cases before it are listed."""
+        total = sum(count for words, count in self.summary.ends if words.startswith(End.REACHED.value))
+        return total - sum(o.position < position and o.verdict.end is End.REACHED for o in self.summary.outcomes)
 
     def result(self, outcome: CaseOutcome) -> CaseResult:
         """Return an outcome with its case."""

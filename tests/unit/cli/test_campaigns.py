@@ -49,7 +49,7 @@ def test_the_cases_that_were_done_are_reported_and_nothing_more_is_run(
     ran = scbm("test", FAILS, "--cases", 9, "--save", saved, "--failures", failures)
     assert ran.code == 130
     wording(ran.err)
-    wording(ran.out.splitlines()[3:5])
+    wording(ran.out.splitlines()[6:9])
     assert interrupted == [f"seed-0-case-{number}" for number in (1, 2, 3)]
     assert [path.name for path in tmp_path.rglob("*")] == ["failures", "last-failed.json"]
     assert f"again: scbm run {FAILS} --seed 0 --case 1" in ran.out
@@ -191,3 +191,43 @@ def test_a_terminal_shows_how_many_cases_failed_and_the_figure(
     monkeypatch.setenv("COLUMNS", "120")
     ran = scbm("test", AFTER, "--cases", 3)
     assert "3/3 0 failed, " in re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", ran.err)
+
+
+NEVER = """
+behavior_model: never
+variables: {done: {domain: bool, initial: false}}
+resources: {press: {simulation: {latency: 1 s, outcomes: {fail: 1}}}}
+operations: {form: {request: press, deadline: 5 s, guard: done == false, effects: [done <- true]}}
+automatic_transitions: {give_up: {g: form.state == failed, a: [plan.state <- aborted]}}
+goals: {formed: done == true}
+may_end: [aborted]
+"""
+
+
+@pytest.mark.parametrize(("cases", "code"), [(1, 0), (9, 0), (10, 1)])
+def test_random_cases_of_which_none_reaches_its_goal_fail_if_they_are_enough(
+    scbm: Callable[..., Any], tmp_path: Path, cases: int, code: int, wording: Wording
+) -> None:
+    model = tmp_path / "never.yaml"
+    model.write_text(NEVER)
+    ran = scbm("test", model, "--cases", cases, "--failures", tmp_path / "failures")
+    assert ran.code == code
+    wording(ran.out.splitlines()[0])
+    assert "--seed 0 --case 1" in ran.out.splitlines()[1]
+    asked = json.loads(scbm("test", model, "--cases", cases, "--json", "--failures", tmp_path / "failures").out)
+    assert (asked["random_cases"], asked["passed"]) == ({"count": cases, "reached": 0}, True)
+
+
+def test_written_cases_do_not_count_as_random_ones(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    model, case = tmp_path / "never.yaml", tmp_path / "one.yaml"
+    model.write_text(NEVER)
+    case.write_text("case: one\nmodel: never.yaml\ngoal: formed\noutcomes: {press: [succeed]}\n")
+    assert scbm("test", model, case, "--cases", 10, "--failures", tmp_path / "failures").code == 1
+    assert scbm("test", model, case, "--failures", tmp_path / "failures").code == 0
+
+
+def test_numbers_of_ends_and_of_verdicts_add_up(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    lines = scbm("test", FAILS, "--cases", 2, "--failures", tmp_path / "failures").out.splitlines()
+    place = next(index for index, line in enumerate(lines) if line.startswith("  Testing duration"))
+    assert lines[place].endswith("2 random cases of seed 0: 2 livelock")
+    assert lines[place + 1] == "  Verdicts: 0 passed, 2 failed"

@@ -68,7 +68,7 @@ def test_x_stops_at_the_first_failure_and_leaves_the_run_of_the_store_unfinished
     first = next(number for number, case in enumerate(every, start=1) if not case["passed"])
     ran = scbm(*arguments, "-x", "--store", tmp_path / "s.db")
     assert ran.code == 1
-    wording(ran.out.splitlines()[4])
+    wording(ran.out.splitlines()[5])
     wording(ran.err)
     assert [run.is_finished for run in read_history(tmp_path / "s.db").runs] == [False]
     assert _cases(scbm(*arguments, "-x", "--json")) == [case["name"] for case in every[:first]]

@@ -161,7 +161,7 @@ def test_a_store_that_breaks_behind_the_last_case_takes_nothing_from_the_campaig
     assert ran.code == 2
     assert diagnostic_heads(ran.err) == [f"{store}: error[store-unusable]"]
     wording(ran.err)
-    wording(ran.out.splitlines()[4])
+    wording(ran.out.splitlines()[7])
     assert f"again: scbm replay {failures}" in ran.out
     assert len(list(saved.iterdir())) == 2
     assert [run.is_finished for run in read_history(store).runs] == [False]

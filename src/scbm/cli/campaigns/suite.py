@@ -104,7 +104,12 @@ class Suite:
     def names(self) -> Iterator[str]:
         """The names of the cases to run, in their order."""
         yield from (written.case.name for written in self.written)
-        yield from map(self._drawn_name, self.numbers)
+        yield from self.drawn_names
+
+    @property
+    def drawn_names(self) -> Iterator[str]:
+        """The names of the random cases to run, in their order."""
+        return map(self._drawn_name, self.numbers)
 
     @cached_property
     def work(self) -> CampaignWork:

@@ -46,6 +46,9 @@ _RANDOM = 20
 MAX_RANDOM = 10_000_000
 """Maximum number of random cases of one campaign."""
 
+_ENOUGH = 10
+"""So many random cases fail the campaign if none of them reaches its goal, whatever excuses them."""
+
 _SAVED_AT_ONCE = 500
 """Maximum number of texts of cases in memory while random cases are saved."""
 
@@ -208,7 +211,8 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
         decided |= {} if statuses is None else lifted_json(LiftedStatuses.of(campaign.model, statuses))
         asserted = {} if evidence is None else {"asserted": asserted_json(evidence)}
         dry_parts = _dry_json(campaign.summary, output.dry)
-        write_json(report | decided | asserted | dry_parts | stored | early | dict(output.recorded))
+        random = {"random_cases": {"count": done.drawn, "reached": done.drawn_reached}}
+        write_json(report | random | decided | asserted | dry_parts | stored | early | dict(output.recorded))
     else:
         dry = _dry_words(campaign.summary, output.dry)
         shown = replace(setting, random=done.drawn, ended_early=done.words, dry=dry, columns=report_columns())
@@ -226,7 +230,8 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
     is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence, lifted, apart_from)
     if asks_for_asserted(output.thresholds) and (evidence is None or evidence.found is None):
         errors().line(f"  {_mutate_command(suite, output)}")
-    return 0 if is_met and not campaign.failed_count else 1
+    has_missed = done.drawn >= _ENOUGH and not done.drawn_reached
+    return 0 if is_met and not campaign.failed_count and not has_missed else 1
 
 
 def _mutate_command(suite: Suite, output: CampaignOutput) -> str:
@@ -393,6 +398,7 @@ def _setting(suite: Suite, findings: Sequence[Finding], commands: Sequence[str])
         suite.arguments,
         tuple(findings),
         tuple(commands),
+        first_random=next((suite.again(name) or "" for name in suite.drawn_names), ""),
         kind=CampaignKind(suite.loses_messages, suite.moves_inputs),
     )
 

@@ -28,6 +28,7 @@ from scbm.reports.figure_table import (
     requirements_off_lines,
     short_of_goal_in_words,
     shown_path,
+    verdict_lines,
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command, missed_reasons
@@ -173,6 +174,7 @@ class Setting:
         statuses: the statuses of the obligations; `None` if visits alone decide them.
         evidence: what a store says about asserted obligations; `None` without a store.
         mutate: the command that finds what the cases assert.
+        first_random: the command that shows the first random case again.
     """
 
     file: str
@@ -193,6 +195,7 @@ class Setting:
     statuses: Statuses | None = None
     evidence: AssertionEvidence | None = None
     mutate: str = ""
+    first_random: str = ""
 
     def kind_of(self, campaign: Campaign) -> CampaignKind:
         """Return the kind of the cases of a campaign; their runs can be had again unless they ran over nodes."""
@@ -204,6 +207,7 @@ class Setting:
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Yield the report of a campaign."""
     coverage = campaign.coverage
+    yield from _unreached(campaign, setting)
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
     yield headline(coverage.figure, setting.columns)
@@ -215,6 +219,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
         yield from asserted_line(setting.evidence, setting.columns)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
+    yield from verdict_lines(campaign.count, campaign.failed_count)
     yield from _short_of_goal(campaign)
     yield from requirements_off_lines(campaign.model, setting.columns)
     yield from _early(setting)
@@ -230,6 +235,19 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from _reasons(campaign, setting)
 
 
+def _unreached(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+    """Yield that no random case reached its goal, whatever excuses them, and the command that shows the first one."""
+    if not setting.random or campaign.reached_from(campaign.count - setting.random + 1):
+        return
+    count = setting.random
+    cases = f"None of {count} random cases reached its" if count > 1 else "The random case did not reach its"
+    words = f"{cases} goal: nothing behind that point is tested"
+    yield from (Text(line, style="bold red") for line in wrapped(words, setting.columns, "", 2))
+    if setting.first_random:
+        yield command_text("  see why: ", setting.first_random)
+    yield Text()
+
+
 def _short_of_goal(campaign: Campaign) -> Iterator[Text]:
     """Yield how many cases passed although they missed a goal, and why; nothing if there are none."""
     words = short_of_goal_in_words(campaign.summary.short_count, dict(campaign.summary.short))
@@ -240,6 +258,7 @@ def _short_of_goal(campaign: Campaign) -> Iterator[Text]:
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Yield the failures, the missed obligations and their reasons."""
     coverage, forced = campaign.coverage, campaign.forced
+    yield from _unreached(campaign, setting)
     yield from missing_lines(
         campaign.model,
         coverage,
@@ -303,8 +322,7 @@ def _cases(campaign: Campaign, setting: Setting) -> str:
     parts = ", ".join(f"{count} {end}" for end, count in campaign.summary.ends)
     *others, last = setting.groups or _groups(campaign, setting)
     groups = f"{', '.join(others)} and {last}" if others else last
-    failed = f"; {campaign.failed_count} failed" if campaign.failed_count else ""
-    return f"{groups}{': ' + parts if parts else ''}{failed}"
+    return f"{groups}{': ' + parts if parts else ''}"
 
 
 def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:

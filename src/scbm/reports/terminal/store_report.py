@@ -23,6 +23,7 @@ from scbm.reports.figure_table import (
     requirements_off_lines,
     short_of_goal_in_words,
     shown_path,
+    verdict_lines,
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command
@@ -160,6 +161,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield from forced_lines(history.statuses)
     yield from asserted_line(history.evidence, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
+    yield from verdict_lines(len(history.cases), len(history.failed))
     short = short_of_goal_in_words(history.short_count, history.short)
     if short:
         yield Text(f"  Passed short of the goal: {short}")
@@ -206,10 +208,9 @@ def _cases(history: History) -> str:
     parts = ", ".join(f"{count} {end}" for end, count in ends.items())
     earlier = sum(case.is_earlier for case in history.cases)
     before = f", {earlier} of them on an earlier version of the model" if earlier else ""
-    failed = f"; {len(history.failed)} failed" if history.failed else ""
     outdated = f"; {counted(history.outdated, 'older version')} of case files left out" if history.outdated else ""
     runs = f"{counted(len(history.cases), 'case')} of {counted(len(history.runs), 'run')}"
-    return f"{runs}{before}{': ' + parts if parts else ''}{failed}{outdated}"
+    return f"{runs}{before}{': ' + parts if parts else ''}{outdated}"
 
 
 def _failed(history: History) -> Iterator[Text]:
