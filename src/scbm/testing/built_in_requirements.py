@@ -25,7 +25,7 @@ from scbm.cases.trace import (
     RunStarted,
     state_after,
 )
-from scbm.model import OperationState, Outcome, format_moment
+from scbm.model import OperationState, Outcome, format_moment, format_value
 from scbm.model.requirements import BuiltIn
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, RequestState
 from scbm.running.lifecycle import parts_by_end
@@ -213,13 +213,13 @@ class Recovers(BuiltInRequirement):
         goal = goal_run.words.rstrip(",")
         reason = (
             f"{what} to request {number} of {resource}{during} is the only fault of the run, and {goal} was not "
-            f"reached ({goal_run.end.value.replace('_', ' ')}); {self._remedy(run, goal_run, index, outcome)}"
+            f"reached ({goal_run.end.value.replace('_', ' ')}); {self._remedy(run, goal_run, index, outcome, begins)}"
         )
         return run.violation(self.name, index, reason, (PLAN_STATE,), begins)
 
     @staticmethod
-    def _remedy(run: JudgedRun, goal_run: GoalRun, index: int, outcome: Outcome) -> str:
-        """Return what to change: the operation that waits until the end, or how the model gives up."""
+    def _remedy(run: JudgedRun, goal_run: GoalRun, index: int, outcome: Outcome, begins: int) -> str:
+        """Return what to change: the operation that waits until the end, what a fault leaves behind, or how to end."""
         state = run.state_before(index)
         if goal_run.end is End.TIME_LIMIT and state[CURRENT_STATE] == OperationState.EXECUTING.value:
             operation = run.model.operation(str(state[CURRENT_NAME]))
@@ -227,7 +227,33 @@ class Recovers(BuiltInRequirement):
                 return f"{operation.name} executes until the end: give it a `failed` transition"
             if operation.deadline_ns is None:
                 return f"{operation.name} executes until the end: give it a `deadline`"
+        sent_by = _operation_at(run, begins)
+        starts = [] if sent_by is None else _starts(run.records[:index], sent_by.name)
+        again = sum(start > begins for start in starts)
+        if sent_by is not None and again:
+            left = _differences(run, starts[0], starts[-1])
+            how = f" with {left}, unlike the first time: change that after the fault" if left else " in vain"
+            times = "once more" if again == 1 else f"{again} times more"
+            return f"{sent_by.name} starts {times}{how}, or write `may_end: [{goal_run.end.value}]`"
         return f"let the model try again, or write `may_end: [{goal_run.end.value}]`"
+
+
+def _starts(records: Sequence[Record], operation: str) -> list[int]:
+    """Return the indices of the records with which an operation starts to execute."""
+    return [
+        index
+        for index, record in enumerate(records)
+        if isinstance(record, OperationStepped)
+        and record.operation == operation
+        and record.target is OperationState.EXECUTING
+    ]
+
+
+def _differences(run: JudgedRun, first: int, last: int) -> str:
+    """Return the values of declared variables before a record that are not those before an earlier one, in words."""
+    before, after = run.state_before(first), run.state_before(last)
+    names = [variable.name for variable in run.model.variables if before[variable.name] != after[variable.name]]
+    return " and ".join(f"{name} == {format_value(after[name])}" for name in names)
 
 
 class Stops(BuiltInRequirement):

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from scbm.testing.cases_over_nodes import Answers
     from scbm.testing.findings import Finding
     from scbm.testing.shrinking.shrinker import Shrunk
+    from scbm.testing.tester import Execution
     from scbm.testing.verdicts import Verdict
 
 
@@ -223,7 +224,23 @@ def _small(small: Shrunk) -> dict[str, Any]:
         "size": asdict(small.after),
         "size_before": asdict(small.before),
         "runs": small.runs,
+        "repeats": repetition_json(small.execution),
         "matters": [{"choice": choice.text, "otherwise": choice.otherwise} for choice in small.matters],
+    }
+
+
+def repetition_json(execution: Execution) -> dict[str, Any] | None:
+    """Return the turn that repeats until the end of a run as data for `json`; `None` if none does."""
+    found = execution.repetition
+    if found is None:
+        return None
+    begins_ns = execution.trace.records[found.begin].at_ns
+    return {
+        "begins_seconds": begins_ns / 1e9,
+        "until_seconds": found.until_ns / 1e9,
+        "turns": found.turns,
+        "first_record": found.begin,
+        "records": found.length,
     }
 
 

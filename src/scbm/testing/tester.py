@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case, EnvironmentChange, Reaction, RecordedGoal
     from scbm.cases.trace import Record, RunSpans, Sentence
+    from scbm.cases.trace.repetitions import Repetition
     from scbm.model import BehaviorModel, PlannerIdentity, Predicate, Value
     from scbm.nodes.event_log import EventLog
     from scbm.nodes.excluded_values import ExcludedValue
@@ -118,6 +119,13 @@ class Execution:
     def visited_freely(self) -> int:
         """The visits before its state was forced, as bits; all visits if nothing was forced."""
         return self.visited & ~self.forced
+
+    @property
+    def repetition(self) -> Repetition | None:
+        """The turn that repeats until the end of the last run for a goal; `None` if none does."""
+        from scbm.cases.trace.repetitions import find_repetition  # noqa: PLC0415 - few runs are shown
+
+        return find_repetition(self.trace.records)
 
     @property
     def spans(self) -> RunSpans:

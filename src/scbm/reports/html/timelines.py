@@ -62,7 +62,7 @@ from scbm.cases.trace import (
     RunStarted,
     differing,
 )
-from scbm.model import format_value
+from scbm.model import format_moment, format_value
 from scbm.model.variables import Role
 from scbm.model.visible_text import escaped
 
@@ -151,7 +151,7 @@ class _Packer:
             "ended_ns": execution.ended_ns,
             "violations": [self._violation(violation) for violation in execution.violations],
             "unused": [self._text(sentence) for sentence in execution.unused],
-            "notes": [self._text(sentence) for sentence in execution.notes],
+            "notes": [self._text(sentence) for sentence in (*execution.notes, *_repeats(execution))],
         }
 
     def _spans(self, spans: Iterable[OperationSpan | RequestSpan | PlanningSpan | PlanSpan]) -> list[int]:
@@ -178,6 +178,14 @@ class _Packer:
 
     def _text(self, text: str) -> int:
         return _number(self._texts, text)
+
+
+def _repeats(execution: Execution) -> Iterator[str]:
+    """Yield a sentence about the turn that repeats until the end of a run, if one does."""
+    found = execution.repetition
+    if found is not None:
+        begins_ns = execution.trace.records[found.begin].at_ns
+        yield f"from {format_moment(begins_ns)} to {format_moment(found.until_ns)} one turn {found.words}"
 
 
 def _outcome(span: OperationSpan | RequestSpan | PlanningSpan | PlanSpan) -> str:

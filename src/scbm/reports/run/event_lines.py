@@ -106,6 +106,24 @@ def event_lines(
         yield from log.lines(index, record)
 
 
+def story_lines(model: BehaviorModel, execution: Execution, *, every: bool = False) -> Iterator[EventLine]:
+    """Yield the log of a run with one turn of what repeats until its end, and a line that counts the turns.
+
+    Args:
+        model: the model that was run.
+        execution: the run.
+        every: whether lines include the variables of resources and of the runner.
+    """
+    found, is_counted = execution.repetition, False
+    for line in event_lines(model, execution, every=every):
+        if found is not None and line.index >= found.end and not is_counted:
+            is_counted, index = True, found.end - 1
+            record = execution.trace.records[index]
+            yield EventLine(record, index, RecordSeverity.WARNING, "↻ ", found.words, begins_moment=True)
+        if found is None or line.index < found.begin + found.length or line.index >= found.end:
+            yield line
+
+
 class _RecordLines:
     """Makes lines from records, one record after the other."""
 

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from scbm.model import format_duration
 from scbm.reports.figure_table import command_text, counted
-from scbm.reports.run.event_lines import event_lines
+from scbm.reports.run.event_lines import story_lines
 from scbm.reports.terminal.timeline import TIME_WIDTH, draw_line
 from scbm.testing.verdicts import violation_of
 
@@ -42,7 +42,7 @@ def failure_lines(model: BehaviorModel, execution: Execution) -> Iterator[Text]:
 
 def lines_that_show(model: BehaviorModel, execution: Execution, failures: Sequence[Failure]) -> Iterator[Text]:
     """Yield the parts of a run's log that show some of its failures, and a few lines before each part."""
-    lines = list(event_lines(model, execution))
+    lines = list(story_lines(model, execution))
     windows = sorted(_window(lines, _extent(execution, failure)) for failure in failures)
     shown = 0
     for first, end in windows:

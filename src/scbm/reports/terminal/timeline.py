@@ -24,7 +24,7 @@ from scbm.cases.trace import (
 from scbm.model import OperationState, format_moment
 from scbm.nodes.excluded_values import EXCLUDED
 from scbm.reports.figure_table import DEFAULT_COLUMNS
-from scbm.reports.run.event_lines import event_lines
+from scbm.reports.run.event_lines import story_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -70,7 +70,7 @@ def timeline(
         every: whether the variables of resources and of the runner are shown too.
         columns: the width of the report.
     """
-    yield from map(draw_line, event_lines(model, execution, every=every))
+    yield from map(draw_line, story_lines(model, execution, every=every))
     bars = list(_bars(execution, columns))
     yield from [Text(), *bars] if bars else []
     shown = execution.verdict.failures or execution.unused or execution.notes or execution.excluded

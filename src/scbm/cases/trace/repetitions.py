@@ -1,0 +1,73 @@
+"""Repetitions: a run that asks for plans without end does the same again and again until a limit ends it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.cases.trace.records import PlanAsked, RunEnded
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Sequence
+
+    from scbm.cases.trace.records import Record
+
+FEWEST_TURNS = 5
+"""Minimum number of equal turns that count as a repetition."""
+
+_MAX_TURN = 200
+"""Maximum number of records of one turn."""
+
+_DIFFERENT = ("at_ns", "ask", "request")
+"""The fields that differ between equal turns: times and numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Repetition:
+    """The last part of a run, in which one turn repeats. Each turn has a question for a plan.
+
+    Attributes:
+        begin: the index of the first record of the first turn.
+        length: the number of records of a turn.
+        turns: the number of turns.
+        until_ns: the time of the last record of the last turn.
+    """
+
+    begin: int
+    length: int
+    turns: int
+    until_ns: int
+
+    @property
+    def words(self) -> str:
+        """The number of turns."""
+        return f"repeats {self.turns} times"
+
+    @property
+    def end(self) -> int:
+        """The index of the record behind the last turn."""
+        return self.begin + self.length * self.turns
+
+
+def find_repetition(records: Sequence[Record]) -> Repetition | None:
+    """Return the repetition with which the last run for a goal ends; `None` if it does not repeat so."""
+    last = next((index for index in reversed(range(len(records))) if isinstance(records[index], RunEnded)), None)
+    if last is None:
+        return None
+    keys = [_key(record) for record in records[:last]]
+    for length in range(1, min(_MAX_TURN, last // FEWEST_TURNS) + 1):
+        first = last - 1
+        while first >= length and keys[first] == keys[first - length]:
+            first -= 1
+        begin = first - length + 1
+        asked = next((i for i in range(begin, begin + length) if isinstance(records[i], PlanAsked)), None)
+        if asked is not None and (last - asked) // length >= FEWEST_TURNS:
+            turns = (last - asked) // length
+            return Repetition(asked, length, turns, records[asked + length * turns - 1].at_ns)
+    return None
+
+
+def _key(record: Record) -> Hashable:
+    """Return what is equal in equal turns."""
+    names = (name for name in record.__struct_fields__ if name not in _DIFFERENT)
+    return record.kind, tuple(getattr(record, name) for name in names)

@@ -1,0 +1,88 @@
+"""A run that repeats until a limit ends it: reports show the cause, one turn, and the number of turns."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64decode
+from zlib import decompress
+
+import pytest
+
+from scbm.cases import Case, CaseLimits, OutcomeRule
+from scbm.cases.trace import End
+from scbm.cases.trace.repetitions import FEWEST_TURNS
+from scbm.files import read_model
+from scbm.model import Outcome
+from scbm.reports.html.timelines import pack_timelines
+from scbm.reports.terminal.failure_report import failure_lines
+from scbm.testing import Execution, Tester
+from scbm.testing.campaign import repetition_json
+from support.wording import Wording
+
+RISING_EDGE = """
+behavior_model: rising_edge
+variables:
+  stage: {domain: [out, at_mark], initial: out, source: state}
+  execute: {domain: bool, initial: false, source: state}
+  seen_low: {domain: bool, initial: true, source: state}
+resources:
+  motor: {simulation: {latency: 3 s}}
+operations:
+  move:
+    deadline: 20 s
+    pre: {g: stage == out, a: [execute <- true]}
+    post:
+      g: true
+      gr: motor_req_state == succeeded
+      a: [stage <- at_mark, execute <- false, motor_req_trigger <- false, motor_req_state <- initial]
+    failed: {g: motor_req_state == failed, a: [motor_req_trigger <- false, motor_req_state <- initial]}
+    timedout: [motor_req_trigger <- false]
+automatic_transitions:
+  low: {g: execute == false && seen_low == false, a: [seen_low <- true]}
+  start:
+    g: execute == true && seen_low == true && motor_req_state == initial && current.state == executing
+    a: [seen_low <- false, motor_req_trigger <- true]
+goals:
+  marked: stage == at_mark
+"""
+MODEL = read_model(RISING_EDGE)
+
+
+def _execution(plans: int | None = None) -> Execution:
+    rule = OutcomeRule("motor", 1, 1, Outcome.FAIL)
+    case = Case(
+        "stuck", "marked", MODEL.goals[0][1], MODEL.nominal_state, outcomes=(rule,), limits=CaseLimits(plans=plans)
+    )
+    return Tester(MODEL).execute(case)
+
+
+def test_the_story_has_the_cause_and_one_turn(wording: Wording) -> None:
+    execution = _execution()
+    assert execution.verdict.end is End.REPLAN_LIMIT
+    lines = [line.plain for line in failure_lines(MODEL, execution)]
+    assert any("3.000 s" in line and "reply 1" in line for line in lines)
+    assert sum("┌ move" in line for line in lines) == 2
+    wording("\n".join(lines))
+
+
+def test_a_repetition_has_its_place_in_json() -> None:
+    execution = _execution()
+    found = repetition_json(execution)
+    assert found is not None
+    assert (found["turns"], found["begins_seconds"], found["until_seconds"]) == (99, 3.0, 1983.0)
+    first, length = found["first_record"], found["records"]
+    kinds = [record.kind for record in execution.trace.records]
+    assert kinds[first : first + length] == kinds[first + length : first + 2 * length]
+    assert kinds[first] == "plan_asked"
+
+
+def test_the_page_counts_the_turns(wording: Wording) -> None:
+    packed = pack_timelines(MODEL, [_execution()])
+    texts = json.loads(decompress(b64decode(packed["shared"])))["texts"]
+    wording([text for text in texts if "repeats" in text])
+
+
+@pytest.mark.parametrize("turns", [FEWEST_TURNS - 1, FEWEST_TURNS])
+def test_a_few_turns_are_shown_one_by_one(turns: int) -> None:
+    found = _execution(plans=turns + 1).repetition
+    assert (found is not None) == (turns >= FEWEST_TURNS)
