@@ -17,6 +17,7 @@ from scbm.cli.options.planner_options import (
 )
 from scbm.cli.options.verb_options import Goals, Jobs, Json, Model, StateValues
 from scbm.cli.output.terminal import TerminalOutput, results, write_json
+from scbm.closing.advice.unreachable_goals import why_unreachable
 from scbm.files import load_model
 from scbm.model import And, BehaviorModel, Diagnostic, InputError, Place, PlanSet, Predicate, Slug, State, format_value
 from scbm.model.operations import apply
@@ -180,9 +181,8 @@ class _Drawing:
     def _reasons(self) -> list[str]:
         """Return for each conjunct of the goal whether it is reachable alone."""
         parts = self.goal.operands if isinstance(self.goal, And) else (self.goal,)
-        if len(parts) == 1:
-            return [f"{self.goal} holds in none of these states"]
-        return [f"{part}: {self._alone(part)}" for part in parts]
+        alone = [f"{part}: {self._alone(part)}" for part in parts] if len(parts) > 1 else []
+        return [*alone, *why_unreachable(self.planner, self.start, self.goal)]
 
     def _alone(self, part: Predicate) -> str:
         answer = plan_guarded(self.planner, self.start, part, self.limits)

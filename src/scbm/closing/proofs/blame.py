@@ -65,12 +65,12 @@ class NearestMiss:
         """Return whether the conjuncts read variables of the runner, such as the state of an operation."""
         return any(space[name].role.is_runner for part in self.never for name in part.reads())
 
-    def words(self, what: str, where: str = "") -> str:
-        """Return a clause about what needs the conjuncts, and about the states that count."""
+    def words(self, what: str, where: str = "", who: str = "a run") -> str:
+        """Return a clause about what needs the conjuncts, about the states that count, and `who` comes nearest."""
         hold = "never holds" if len(self.never) == 1 else "never hold together"
         values = listed([f"{name} == {format_value(value)}" for name, value in self.nearest])
         needs = f"{what} needs {listed(list(map(str, self.never)))}, which {hold}{where}"
-        return f"{needs}; a run comes nearest with {values}"
+        return f"{needs}; {who} comes nearest with {values}"
 
 
 def nearest_miss(guards: Sequence[Predicate], runs: AllRuns, when: Predicate = TRUE) -> NearestMiss | None:
@@ -88,14 +88,21 @@ def nearest_miss(guards: Sequence[Predicate], runs: AllRuns, when: Predicate = T
     parts = tuple(dict.fromkeys(part for guard in guards for part in conjuncts(guard)))
     states = _states(packing, [when, *parts], runs)
     counts = packing.test(when)
-    states = [state for state in states if counts(state)]
+    return nearest_of(parts, [state for state in states if counts(state)], packing)
+
+
+def nearest_of(parts: Sequence[Predicate], states: Sequence[int], packing: Packing) -> NearestMiss | None:
+    """Return the nearest miss of conjuncts that do not hold together in any of some packed states.
+
+    `None` is returned if they hold together in some state, or there is no state.
+    """
     tests = {part: packing.test(part) for part in parts}
 
     def can_hold(predicate: Predicate) -> bool:
         needed = [tests[part] for part in conjuncts(predicate) if part in tests]
         return any(all(test(state) for test in needed) for state in states)
 
-    never = blame(guards, can_hold) if states else ()
+    never = blame(parts, can_hold) if states else ()
     if not never:
         return None
     holding = {state: tuple(test(state) for test in tests.values()) for state in states}
