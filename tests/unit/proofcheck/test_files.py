@@ -44,7 +44,7 @@ RUNS = Certificate(
     FIRST_PLANNER,
 )
 RUNS_TEXT = """\
-{"scbm_certificate": 4,
+{"scbm_certificate": 5,
 "model": "cell",
 "digest": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
 "claims": [
@@ -178,10 +178,10 @@ def test_a_text_can_be_too_large(monkeypatch: pytest.MonkeyPatch, wording: Wordi
     assert refused(RUNS_TEXT, wording) == ["1:1"]
 
 
-@pytest.mark.parametrize("version", ["3", "5", "true", "4.0", "null", '"4"', "9" * 30])
+@pytest.mark.parametrize("version", ["4", "6", "true", "5.0", "null", '"5"', "9" * 30])
 def test_another_version_of_the_format_is_refused(version: str, wording: Wording) -> None:
     with pytest.raises(InputError) as caught:
-        read_certificate(RUNS_TEXT.replace('te": 4,', f'te": {version},'), "c.json")
+        read_certificate(RUNS_TEXT.replace('te": 5,', f'te": {version},'), "c.json")
     (found,) = caught.value.diagnostics
     assert (found.slug, str(found.place)) == (Slug.FORMAT_VERSION, "c.json")
     wording(found)
