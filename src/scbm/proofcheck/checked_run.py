@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scbm.proofcheck.guarded_parts import GuardedRule, GuardedRules, OperationRules, Values
 
 MAX_AUTOMATIC = 1_000
-"""Maximum number of automatic transitions in one settling (semantics 5.1)."""
+"""Maximum number of automatic transitions in a row, without another operation or a request for a plan (5.1)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +104,7 @@ class CheckedRun:
     def choose(self, following: Following) -> None:
         """Let an operation become current, or the plan end."""
         operation, self.queue = following
+        self._automatic = 0
         if operation is not None:
             self._set({CURRENT_NAME: operation})
 
@@ -268,6 +269,7 @@ class CheckedRun:
                 self.end(PlanState.UNSOLVABLE)
             return self.has_ended
         self.asked.append((self.values, tuple(self.in_flight)))
+        self._automatic = 0
         self._set({PLAN_STATE: PlanState.PLANNING.value})
         answer = self._plans.answer(self.values)
         if isinstance(answer, PlanningLimitReached):

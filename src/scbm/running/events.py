@@ -131,7 +131,8 @@ class RunnerOptions:
     Attributes:
         time_limit_ns: maximum time for one goal, in nanoseconds.
         plan_limit: maximum number of plans that are requested for one goal.
-        livelock_bound: maximum number of automatic transitions in one settling (semantics 5.1).
+        livelock_bound: maximum number of automatic transitions in a row; the count begins anew with each event, each
+            operation that becomes current, and each request for a plan (semantics 5.1).
         instant_bound: maximum number of events at one moment. Resources that reply in no time can cause requests
             without end, which no time limit stops.
         awaits_measurements: whether measured values can still arrive without a request. Then the runner waits while no

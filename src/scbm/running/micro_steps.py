@@ -325,7 +325,8 @@ class MacroStep(NamedTuple):
         queue: the queue afterwards.
         sets_timer: whether it set or stopped the timer of the current operation.
         timer_ns: the time that the timer has from now on; `None` if it does not run.
-        taken: the automatic transitions, each with the packed state after it.
+        taken: the automatic transitions since an operation became current, each with the packed state after it.
+        longest: the maximum number of automatic transitions that are counted together.
         settles: whether no other micro-step follows, unless a goal waits.
     """
 
@@ -336,6 +337,7 @@ class MacroStep(NamedTuple):
     sets_timer: bool
     timer_ns: int | None
     taken: tuple[tuple[str, int], ...]
+    longest: int
     settles: bool
 
 

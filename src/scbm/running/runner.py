@@ -421,7 +421,8 @@ class Runner:
     # settling
 
     def _settle(self) -> None:
-        self._taken, self._cycle = [], ()
+        self._cycle = ()
+        self._count_anew()
         is_simple = not (self._armed or self._held or self._time_passes or self._requests.in_flight)
         if not (is_simple and self._take_macro_step()):
             self._take_micro_steps()
@@ -433,6 +434,10 @@ class Runner:
             else:
                 return
             self._take_micro_steps()
+
+    def _count_anew(self) -> None:
+        """Begin to count automatic transitions: only those that nothing else is between are a livelock (5.1)."""
+        self._taken = []
 
     def _take_micro_steps(self) -> None:
         """Take micro-steps until none applies; other users of resources act in between, where the runner is settled."""
@@ -455,7 +460,7 @@ class Runner:
             if len(memoized) < MAX_MACRO_STEPS:
                 memoized[start] = new
             return False
-        if len(known.taken) > self.options.livelock_bound:
+        if known.longest > self.options.livelock_bound:
             return False
         self._repeat(known)
         return known.settles and self._goal is not None
@@ -463,7 +468,7 @@ class Runner:
     def _new_macro_step(self) -> MacroStep:
         """Take micro-steps one by one, up to the first request, and return what they did."""
         effects, self._effects = self._effects, []
-        request, sets_timer = None, False
+        request, sets_timer, longest = None, False, 0
         while request is None and len(self._taken) < min(MAX_TAKEN, self.options.livelock_bound):
             step = self._steps.first(self._state, (), timer_passed=False)
             if isinstance(step, RequestSending):
@@ -478,13 +483,15 @@ class Runner:
                 sets_timer = True
             else:
                 break
+            longest = max(longest, len(self._taken))
         records = without_time(records_of(self._effects))
         self._effects = effects + self._effects
         if request is not None:
             self._send(request)
         timer_ns = None if self._timer_ns is None else self._timer_ns - self._now_ns
         settles = self._steps.first(self._state, self._requests.in_flight, timer_passed=False) is None
-        return MacroStep(records, request, self._state, self._queue, sets_timer, timer_ns, tuple(self._taken), settles)
+        taken = tuple(self._taken)
+        return MacroStep(records, request, self._state, self._queue, sets_timer, timer_ns, taken, longest, settles)
 
     def _repeat(self, step: MacroStep) -> None:
         now_ns, effects = self._now_ns, self._effects
@@ -548,6 +555,7 @@ class Runner:
         return False
 
     def _apply(self, armed: _Armed) -> None:
+        self._count_anew()
         injection = armed.injection
         before = self._state
         after = armed.step.update(before)
@@ -595,6 +603,7 @@ class Runner:
 
     def _release(self, held: _Held) -> None:
         """Put back the variables of an injection that nothing else has changed since."""
+        self._count_anew()
         injection, packing = held.injection, self.program.packing
         if injection.assign or held.occupies is not None:
             keep, bits = packing.assignment(held.before)
@@ -685,7 +694,7 @@ class Runner:
             return self._give_up_unless_pending(goal.when)
         self._goal = self._waiting.popleft()
         self._wait_deadline_ns = None
-        self._taken = []
+        self._count_anew()
         self._steps = self.program.micro_steps(goal.predicate)
         self._planner_reads = self.program.planner_reads(goal.predicate)
         self._goal_deadline_ns = self._now_ns + self.options.time_limit_ns
@@ -743,6 +752,7 @@ class Runner:
             self._plans += 1
             self._plans_at_once = self._plans_at_once + 1 if self._counted_ns == self._now_ns else 1
             self._counted_ns = self._now_ns
+        self._count_anew()
         self._asks += 1
         self._asked = self._asks
         changes = self._set(self._in_plan_state(PlanState.PLANNING))
@@ -761,6 +771,7 @@ class Runner:
         operation, rest = queue.first, queue.rest
         assert operation is not None and rest is not None  # noqa: S101, PT018 - callers have seen that one follows
         self._queue = rest
+        self._count_anew()
         keep, bits = operation.take_current
         self._effects.append(BecameCurrent(self._now_ns, operation.name, self._set(self._state & keep | bits)))
 
@@ -791,7 +802,7 @@ class Runner:
         changes = self._set(self.program.end(self._state, end.plan_state))
         self._effects.append(RunEnded(self._now_ns, goal, end.value, detail, changes))
         self._effects.append(RunFinished(goal, end))
-        self._taken = []
+        self._count_anew()
         self._rest()
 
     # the packed state

@@ -21,6 +21,7 @@ from scbm.cases.trace import (
     RunStarted,
     state_after,
 )
+from scbm.files import read_model
 from scbm.model import Constant, Equal, Reference
 from scbm.running import (
     AskPlan,
@@ -28,6 +29,7 @@ from scbm.running import (
     Measured,
     PlanAnswered,
     PlanStatus,
+    Program,
     ReplyArrived,
     RunnerOptions,
     TimePassed,
@@ -515,6 +517,42 @@ def test_exactly_as_many_automatic_transitions_as_the_bound_are_no_livelock() ->
         hand = Hand(model, RunnerOptions(livelock_bound=bound))
         hand.goal()
         hand.reply(1, 1)
+        assert hand.ends == [end]
+
+
+TURNS = """
+behavior_model: turns
+variables:
+  at: {domain: 0..2, initial: 0}
+  copy: {domain: 0..2, initial: 0, source: state}
+  marks: {domain: 0..2, initial: 0, source: state}
+  lamp: {domain: [off, on, far], initial: off}
+operations:
+  first: {pre: {g: at == 0}, post: {g: true, a: [at <- 1]}}
+  second: {pre: {g: at == 1}, post: {g: true, a: [at <- 2]}}
+automatic_transitions:
+  follow: {g: copy < at, a: [copy += 1]}
+  mark: {g: marks < copy, a: [marks += 1]}
+  light: {g: plan.state == planning && at == 1 && lamp == off, a: [lamp <- on]}
+  far: {g: lamp == on, a: [lamp <- far]}
+goals: {there: at == 2}
+"""
+"""Two automatic transitions follow each operation, and two the request for a second plan, all at one moment."""
+
+
+def test_automatic_transitions_are_counted_anew_for_each_operation_of_a_plan() -> None:
+    program = Program(read_model(TURNS))
+    for bound, end in ((2, End.REACHED), (1, End.LIVELOCK), (2, End.REACHED)):
+        hand = Hand(program, RunnerOptions(livelock_bound=bound))
+        hand.goal("there")
+        assert hand.ends == [end]
+
+
+def test_automatic_transitions_are_counted_anew_when_a_plan_is_requested() -> None:
+    """The first plan ends too early, so a second one is requested."""
+    for bound, end in ((2, End.REACHED), (1, End.LIVELOCK)):
+        hand = Hand(read_model(TURNS), RunnerOptions(livelock_bound=bound), plans=[("first",), ("second",)])
+        hand.goal("there")
         assert hand.ends == [end]
 
 

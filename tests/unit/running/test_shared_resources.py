@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from scbm.cases import Condition, ConditionKind, Injection
-from scbm.cases.trace import AutomaticTaken, End, InjectionApplied, PutBack
+from scbm.cases.trace import AutomaticTaken, End, InjectionApplied, LivelockedAtRest, PutBack
+from scbm.files import read_model
 from scbm.model import BehaviorModel
+from scbm.running import RunnerOptions
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
 
@@ -14,6 +18,23 @@ NOTICES = """automatic_transitions:
   forgets: {g: scan_req_state == initial && light == blue, a: [light <- green]}
 """
 
+
+TWO_RESOURCES = """
+behavior_model: two_resources
+variables:
+  users: {domain: [none, left, both, right], initial: none, source: state}
+resources:
+  left: {shared: true}
+  right: {shared: true}
+operations:
+  wait: {pre: {g: users == both}, post: {g: true, a: [users <- none]}}
+automatic_transitions:
+  left_comes: {g: users == none && left_req_state == executing, a: [users <- left]}
+  right_comes: {g: users == left && right_req_state == executing, a: [users <- both]}
+  left_goes: {g: users == both && left_req_state == initial, a: [users <- right]}
+  right_goes: {g: users == right && right_req_state == initial, a: [users <- none]}
+goals: {alone: users == none}
+"""
 
 SHARED = ("    request: [scan_command]\n", "    request: [scan_command]\n    shared: true\n")
 
@@ -39,6 +60,18 @@ def test_automatic_transitions_follow_at_the_moment_at_which_another_user_occupi
     assert (hand.runner.state["scan_req_state"], hand.runner.state["light"]) == ("initial", "green")
     taken = [record.transition for record in hand.records if isinstance(record, AutomaticTaken)]
     assert taken == ["notices", "forgets"]
+
+
+def test_automatic_transitions_are_counted_anew_when_another_user_acts() -> None:
+    """At 1 s two other users come, at 2 s both leave; each time one transition follows each of them."""
+    hand = Hand(read_model(TWO_RESOURCES), RunnerOptions(livelock_bound=1))
+    for resource in ("left", "right"):
+        hand.inject(replace(occupies(at_s=1, for_s=1), name=resource, resource=resource))
+    hand.wait(1)
+    hand.wait(2)
+    taken = [record.transition for record in hand.records if isinstance(record, AutomaticTaken)]
+    assert taken == ["left_comes", "right_comes", "left_goes", "right_goes"]
+    assert not any(isinstance(record, LivelockedAtRest) for record in hand.records)
 
 
 def test_another_user_waits_while_a_request_is_in_flight() -> None:

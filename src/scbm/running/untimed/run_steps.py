@@ -109,8 +109,9 @@ class SettlingRun:
         unsolvable_in: the state from which the planner has answered that no plan exists.
         visits: what was visited so far.
         cut_off: what the run would have visited if the limit of plans had ended it on the way.
-        automatic: how many automatic transitions were taken since the last answer of the planner.
-        answered: the positions in which the planner answered at once, each with `automatic` before the answer.
+        automatic: how many automatic transitions count together: those since the last answer of the planner, the last
+            request for a plan, or the operation that has become current since.
+        answered: the positions in which the planner answered at once.
         goal: the number of the goal.
         cut_off_rests: the states of the runner at rest if the limit of plans had ended the run on the way.
     """
@@ -123,7 +124,7 @@ class SettlingRun:
     visits: int = 0
     cut_off: int = 0
     automatic: int = 0
-    answered: dict[Position, int] = field(default_factory=dict)
+    answered: dict[Position, None] = field(default_factory=dict)
     goal: int = 0
     cut_off_rests: tuple[int, ...] = ()
 
@@ -139,18 +140,6 @@ class SettlingRun:
     def complete(self, target: Position | None, visits: int = 0, rests: tuple[int, ...] = ()) -> RunStep:
         """Return the step that is complete here, with what it visits beside what was visited so far."""
         return RunStep(target, self.visits | visits, self.cut_off, rests, self.cut_off_rests)
-
-
-class _AnsweredStep(NamedTuple):
-    """The step after a request for a plan that the planner answers before anything else can happen.
-
-    Attributes:
-        step: the rest of the step, without what was visited before the request.
-        automatic: how many automatic transitions are taken before the answer.
-    """
-
-    step: RunStep
-    automatic: int
 
 
 class _RunEnd(NamedTuple):
@@ -198,7 +187,7 @@ class RunSteps:
             goal: whether the goal holds in a packed state.
             plan: the planner's answers.
             queues: what is left of plans; goals may share canonical ones.
-            bound: maximum number of automatic transitions in one settling.
+            bound: maximum number of automatic transitions that count together.
             number: the number of the goal.
             is_open: whether something outside the model changes variables at settled moments.
             is_sequence: whether goals follow each other; then ends of runs lead to a runner at rest.
@@ -228,8 +217,7 @@ class RunSteps:
         self._queued = tuple(visits.bit(name, Aspect.QUEUED) for name in program.operations)
         self._queued_in: dict[int, int] = {}
         self._questions: dict[int, _PlanQuestion] = {}
-        self._answered_steps: dict[int, _AnsweredStep] = {}
-        self._few_automatic = min(bound, _LONG)  # with so few, no chain of automatic transitions is too long
+        self._answered_steps: dict[int, RunStep] = {}
         self._rest_visits = RestVisits(self._outside, self._idle)
         self._after_ends: dict[int, _RunEnd] = {}
         self._ends: dict[PlanState, dict[int | tuple[int, ...], _RunEnd]] = {state: {} for state in PlanState}
@@ -423,6 +411,7 @@ class RunSteps:
     def _request_plan(self, run: SettlingRun) -> None:
         """Ask for a plan; a limit can end the run instead."""
         self._cut_off(run)
+        run.automatic = 0
         keep, bits = self._planning
         run.state = run.state & keep | bits
         run.asked = self._question_from(run.state)
@@ -436,20 +425,16 @@ class RunSteps:
             return None
         known = self._answered_steps.get(run.state)
         if known is None:
-            rest = SettlingRun(run.state, 0, (), run.asked, automatic=run.automatic, goal=self._number)
-            step = self._settle(rest)
-            known = _AnsweredStep(step, next(iter(rest.answered.values()), rest.automatic) - run.automatic)
-            if run.automatic + known.automatic <= self._few_automatic:
-                self._answered_steps[run.state] = known
-        elif run.automatic + known.automatic > self._few_automatic:
-            return None  # a livelock may come first
-        target, visits, cut_off, rests, cut_off_rests, _ = known.step
+            known = self._settle(SettlingRun(run.state, 0, (), run.asked, goal=self._number))
+            self._answered_steps[run.state] = known
+        target, visits, cut_off, rests, cut_off_rests, _ = known
         visits, cut_off = run.visits | visits, run.cut_off | cut_off
         return RunStep(target, visits, cut_off, rests, run.cut_off_rests + cut_off_rests)
 
     def _take_next(self, run: SettlingRun, way: FollowingOperation) -> None:
         """Let the next operation of the plan become current, or the plan end."""
         number, run.queue = way
+        run.automatic = 0
         if number < 0:
             return
         keep, bits = self._operations[number].take_current
@@ -468,7 +453,7 @@ class RunSteps:
             return self._goes_round(run)
         if len(run.answered) == MAX_ANSWERS:
             raise PlanningTooLargeError
-        run.answered[position] = run.automatic
+        run.answered[position] = None
         self._cut_off(run)  # a limit can end the run here, too
         run.automatic = 0
         return self._answer(run)
