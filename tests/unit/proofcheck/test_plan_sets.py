@@ -9,12 +9,12 @@ from itertools import product
 import pytest
 
 from scbm.cases.coverage import Obligations
-from scbm.closing.proofs.proofs import Proofs, by_runs
-from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
-from scbm.files import read_model
+from scbm.cases.trace import End
+from scbm.files import read_case, read_model
 from scbm.model import BehaviorModel, GoalOrder, PlanSet
-from scbm.model.sources import outside_groups
-from scbm.proofcheck import Certificate, GoalRuns, RunsArgument, certificate_text, check_certificate, read_certificate
+from scbm.proofcheck import Certificate, certificate_text, check_certificate, read_certificate
+from scbm.testing import Tester
+from support.certificates import certificate_of, without_situation
 
 CRANE = """
 behavior_model: crane
@@ -54,16 +54,6 @@ def crane(goals: GoalOrder, *, is_open: bool = False) -> BehaviorModel:
 @cache
 def certified(goals: GoalOrder, plans: PlanSet, *, is_open: bool = False) -> Certificate:
     return certificate_of(crane(goals, is_open=is_open), goals, plans)
-
-
-def certificate_of(model: BehaviorModel, goals: GoalOrder, plans: PlanSet) -> Certificate:
-    """Return the certificate of all that closing proves about these runs."""
-    runs = AllRuns(model, CloseLimits(), lambda _: None, RunScope(bool(outside_groups(model)), goals, plans))
-    proofs = Proofs(model)
-    proofs.explored = (runs,)
-    found = ((obligation, by_runs(obligation, runs)) for obligation in Obligations.of(model))
-    ((_, certificate),) = proofs.certificates([(obligation, proof) for obligation, proof in found if proof is not None])
-    return certificate
 
 
 def claimed_anew(certificate: Certificate, *claims: str) -> Certificate:
@@ -120,19 +110,40 @@ def test_a_single_goal_can_follow_itself() -> None:
     assert check_certificate(certificate, model) == ()
 
 
-def without(argument: RunsArgument, goal: int, situation: int) -> RunsArgument:
-    runs = argument.runs[goal]
-    left = (*runs.situations[:situation], *runs.situations[situation + 1 :])
-    changed: dict[int, GoalRuns] = {goal: replace(runs, situations=left)}
-    return replace(argument, runs=tuple(changed.get(n, each) for n, each in enumerate(argument.runs)))
-
-
 @pytest.mark.parametrize(("goals", "plans"), KINDS)
 def test_no_situation_can_be_left_out(goals: GoalOrder, plans: PlanSet) -> None:
-    certificate = certified(goals, plans)
-    argument = certificate.argument
-    assert isinstance(argument, RunsArgument)
-    places = [(goal, n) for goal, runs in enumerate(argument.runs) for n in range(len(runs.situations))]
-    assert places
-    for goal, situation in places:
-        assert not is_proof(replace(certificate, argument=without(argument, goal, situation)))
+    smaller = list(without_situation(certified(goals, plans)))
+    assert smaller
+    assert not any(map(is_proof, smaller))
+
+
+TOGGLES = """
+behavior_model: toggles
+variables:
+  x: {domain: bool, initial: false}
+  copy: {domain: bool, initial: false, source: state}
+  second_copy: {domain: bool, initial: false, source: state}
+  done: {domain: bool, initial: false}
+operations:
+  set: {pre: {g: x == false}, post: {g: true, a: [x <- true]}}
+  clear: {pre: {g: x == true}, post: {g: true, a: [x <- false]}}
+  finish: {pre: {g: x == false}, post: {g: true, a: [done <- true]}}
+automatic_transitions:
+  ends_between: {g: plan.state == aborted && x != copy, a: [copy <- x]}
+  follow: {g: copy != x, a: [copy <- x]}
+  follow_too: {g: second_copy != copy, a: [second_copy <- copy]}
+goals: {done: done == true}
+runs: {goals: single}
+"""
+
+
+def test_a_plan_with_more_than_a_thousand_automatic_transitions_visits_nothing_that_is_proved_of_any_plan() -> None:
+    model = read_model(TOGGLES)
+    certificate = certificate_of(model, GoalOrder.SINGLE, PlanSet.ANY)
+    assert "automatic/ends_between" in certificate.claims
+    assert check_certificate(certificate, model) == ()
+    plan = ", ".join(["set", "clear"] * 300 + ["finish"])
+    case = read_case(f"case: long\nmodel: toggles\ngoal: done\nplans: [[{plan}]]\n", model)
+    execution = Tester(model).execute(case)
+    assert execution.verdict.end is End.REACHED
+    assert not [name for name in Obligations.of(model).names(execution.visited) if name in certificate.claims]
