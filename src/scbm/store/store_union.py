@@ -98,14 +98,14 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
     Raises:
         InputError: one is no store that can be read, or is of another model, or the target cannot be written.
     """
+    places = {realpath(path): path for path in reversed(paths)}  # a store counts once, at its last place
     with ExitStack() as stack:
         opened: dict[str, sqlite3.Connection] = {}
-        for path in paths:
-            if (place := realpath(path)) not in opened:
-                is_exclusive = place == realpath(target)
-                opened[place] = stack.enter_context(open_for_reading(path, is_exclusive=is_exclusive))
+        for place, path in reversed(places.items()):
+            is_exclusive = place == realpath(target)
+            opened[place] = stack.enter_context(open_for_reading(path, is_exclusive=is_exclusive))
         stores = [
-            _OpenStore(path, opened[realpath(path)], _current(path, Tables(opened[realpath(path)]))) for path in paths
+            _OpenStore(places[place], each, _current(places[place], Tables(each))) for place, each in opened.items()
         ]
         model = stores[-1].current.model()
         if not across_edits:

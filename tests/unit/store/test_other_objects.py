@@ -266,6 +266,28 @@ def test_across_edits_of_the_domain_other_objects_are_left_out(tmp_path: Path) -
     assert combined.totals.lifted.others == ()
 
 
+def test_a_store_that_is_named_twice_or_by_a_link_counts_once(tmp_path: Path) -> None:
+    one, two = add(tmp_path / "1.db", 1, ONE, 2), add(tmp_path / "2.db", 2, TWO, 3)
+    both, link = tmp_path / "both.db", tmp_path / "link.db"
+    combine_stores([one, two], both)
+    link.symlink_to(both)
+    edited = add(tmp_path / "3.db", 3, model(("g: open.d == false", "g: true")))
+    combined = combine_stores([both, link, both, edited], tmp_path / "all.db", across_edits=True)
+    assert (combined.totals.cases, [count for _, count in combined.left_out]) == (4, [2])
+    assert len(combined.dropped) == 1
+    three = add(tmp_path / "4.db", 4, GATED)
+    combined = combine_stores([link, both, three], tmp_path / "apart.db")
+    assert (combined.totals.cases, len(combined.apart)) == (1, 1)
+    assert combined.totals.lifted is not None
+    assert sorted(each.cases for each in combined.totals.lifted.others) == [2, 3]
+
+
+def test_of_a_store_that_is_named_twice_the_last_place_decides_which_model_counts(tmp_path: Path) -> None:
+    one, two = add(tmp_path / "1.db", 1, ONE, 2), add(tmp_path / "2.db", 2, TWO, 3)
+    combine_stores([one, two, one], tmp_path / "all.db")
+    assert len(read_history(tmp_path / "all.db").cases) == 2
+
+
 def test_two_processes_may_add_under_different_objects_at_the_same_time(path: Path) -> None:
     """The model of the writer that began last is the current one; each writer sees the figures of its own."""
     case = next(iter(RandomCases(ONE).first(1, 1)))
