@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from scbm.cases.trace import End
 from scbm.model import InputError, Slug
 from scbm.store import Recipe, combine_stores, read_history, store_file, write_store
 from scbm.store.history_reader import StoreTotals, totals_in
-from scbm.testing import CaseResult, coverage_json
+from scbm.testing import CaseResult, Verdict, coverage_json
 from support.stores import a_run, cell, results, store
 from support.wording import Wording
 
@@ -36,6 +37,18 @@ def test_the_union_has_every_case_and_every_run(tmp_path: Path) -> None:
     assert combined.dropped == ()
     assert history.runs == (*read_history(one).runs, *read_history(two).runs)
     assert [case.recipe for case in history.cases] == [r for seed in (1, 2) for r, _ in results(seed, 6)]
+
+
+def test_the_later_result_of_a_case_counts_in_whatever_order_stores_are_combined(tmp_path: Path) -> None:
+    """Of two results in one run the one at the later place counts."""
+    (recipe, result), *_ = results(1, 1)
+    earlier = replace(result, verdict=Verdict(End.ABORTED), ended_ns=7, requests=1)
+    later = replace(result, verdict=Verdict(End.REACHED), ended_ns=9, requests=2)
+    stores = [store(tmp_path / f"{run}.db", run, [(recipe, each)]) for run, each in ((1, earlier), (2, later))]
+    stores.append(store(tmp_path / "both.db", 3, [(recipe, earlier), (recipe, later)]))
+    for order in ((0, 1), (1, 0), (2, 0, 1), (0, 1, 2)):
+        (case,) = combine_stores([stores[number] for number in order], tmp_path / "all.db").history.cases
+        assert (case.verdict.end, case.ended_ns, case.requests) == (End.REACHED, 9, 2)
 
 
 def test_the_target_may_be_one_of_the_stores_and_then_grows(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import sqlite3
 from collections.abc import Iterable
 from contextlib import closing
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -102,6 +103,36 @@ def test_a_decision_stays_when_a_later_command_has_none(path: Path) -> None:
     add(path, suite_of(history, range(3)), decided)
     add(path, suite_of(history, range(3)), replace(decided, status=MutantStatus.UNDECIDED, limits=None))
     assert read_history(path).mutations[0].results == (decided,)
+
+
+STATUSES = (MutantStatus.UNDECIDED, MutantStatus.SURVIVED, MutantStatus.EQUIVALENT, MutantStatus.KILLED)
+"""From the weakest to the strongest."""
+
+
+@pytest.mark.parametrize(("weak", "strong"), [*pairwise(STATUSES)])
+def test_of_two_results_of_one_suite_the_stronger_status_stays(
+    weak: MutantStatus, strong: MutantStatus, path: Path
+) -> None:
+    history = read_history(path)
+    first, second = (replace(killed("first", history), status=each, limits="{}") for each in (weak, strong))
+    for results_in_order in ((first, second), (second, first)):
+        add(path, suite_of(history, range(3)), *results_in_order)
+        assert read_history(path).mutations[0].results == (second,)
+
+
+@pytest.mark.parametrize(("weak", "strong"), [*pairwise(STATUSES)])
+def test_of_the_results_of_several_suites_the_stronger_status_counts(
+    weak: MutantStatus, strong: MutantStatus, path: Path
+) -> None:
+    history = read_history(path)
+    for number, status in enumerate((weak, strong, weak)):
+        result = replace(killed("first", history, notices=False), status=status)
+        add(path, suite_of(history, [number], mutants=1), result)
+    found = read_history(path).evidence.found
+    assert found is not None
+    (entry,) = (each for each in found.entries if str(each.obligation) == f"{OPERATION}/executing")
+    is_equivalent = strong is MutantStatus.EQUIVALENT
+    assert (entry.unnoticed, entry.equivalent, entry.undecided) == (not is_equivalent, is_equivalent, 0)
 
 
 def test_the_cases_of_a_result_are_those_of_the_store(path: Path, wording: Wording) -> None:

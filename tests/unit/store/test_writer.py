@@ -116,6 +116,17 @@ def test_what_the_same_case_visits_in_two_runs_is_united_and_its_end_is_that_of_
     assert (case.visited, case.verdict.end, case.ended_ns) == (0b111, End.REACHED, 9)
 
 
+def test_what_one_run_of_a_case_visits_freely_is_not_forced_though_another_run_forces_it(path: Path) -> None:
+    """Each run visits one obligation freely that the other one visits by force."""
+    (recipe, result), *_ = results(1, 1)
+    runs = [replace(result, visited=0b01101, forced=0b01100), replace(result, visited=0b10111, forced=0b10011)]
+    for number, each in enumerate(runs, start=1):
+        store(path, number, [(recipe, each)])
+    case = read_history(path).cases[0]
+    assert (case.visited, case.forced) == (0b11111, 0b11010)
+    assert read_history(path).forced == 0b11010
+
+
 def test_cases_of_one_name_that_differ_are_kept_apart(path: Path) -> None:
     """The same number of a seed is another case on another network."""
     history = read_history(store(path, 1, [*results(1, 2), *results(1, 2, "drawn")]))
