@@ -39,6 +39,10 @@ EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*/*.yaml"))
 
 NO_CLEAN_UP_AFTER_A_TIMEOUT = ("    timedout: [scan_req_trigger <- false]\n", "")
 STAYS_FAILED = ("<- failed, scan_req_state <- initial, scan_req_trigger", "<- failed, scan_req_trigger")
+NEEDS_A_GREEN_LIGHT = (
+    ("gr: scan_req_state", "gr: light == green && scan_req_state"),
+    ("initial: green", "initial: blue"),
+)
 GIVES_UP_AT_ONCE = ("[current.state <- failed, scan", "[plan.state <- aborted, scan")
 ASKS_AGAIN_WHEN_ABORTED = (
     "[current.state <- failed, scan_req_state <- initial, scan_req_trigger <- false]",
@@ -173,6 +177,17 @@ def test_a_resource_that_stays_failed_is_not_ready_again(wording: Wording) -> No
     violation = _violation(done, BuiltIn.READY_AGAIN)
     wording(violation)
     assert part_to_change(str(violation)) == ("automatic_transitions", "scan_failed")
+    _assert_small(done, BuiltIn.READY_AGAIN, model)
+
+
+def test_a_resource_whose_reply_a_timed_out_operation_left_is_not_ready_again(wording: Wording) -> None:
+    """The scanner succeeds, but the operation waits for a green light until its deadline passes."""
+    model = scan_cell(*NEEDS_A_GREEN_LIGHT)
+    done = _execute(model, Outcome.SUCCEED)
+    violation = _violation(done, BuiltIn.READY_AGAIN)
+    wording(violation)
+    assert violation.at_ns == 10 * S
+    assert part_to_change(str(violation)) == ("operations", "scan_box", "timedout")
     _assert_small(done, BuiltIn.READY_AGAIN, model)
 
 

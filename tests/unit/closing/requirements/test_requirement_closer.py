@@ -29,6 +29,10 @@ NAMES = ("no_orphan", "ready_again", "recovers", "stops")
 
 NO_CLEAN_UP_AFTER_A_TIMEOUT = ("    timedout: [scan_req_trigger <- false]\n", "")
 STAYS_FAILED = ("<- failed, scan_req_state <- initial, scan_req_trigger", "<- failed, scan_req_trigger")
+NEEDS_A_GREEN_LIGHT = [
+    ("gr: scan_req_state", "gr: light == green && scan_req_state"),
+    ("initial: green", "initial: blue"),
+]
 GIVES_UP_AT_ONCE = ("[current.state <- failed, scan", "[plan.state <- aborted, scan")
 WAITS_FOR_EVER = ("    deadline: 10 seconds\n", "")
 ASKS_AGAIN_WHEN_ABORTED = (
@@ -108,18 +112,18 @@ def test_the_report_says_which_runs_an_answer_is_about(wording: Wording) -> None
 
 @pytest.mark.parametrize("runs", [RunsDeclaration(GoalOrder.SINGLE), RESUMES, RunsDeclaration(plans=PlanSet.SHORTEST)])
 @pytest.mark.parametrize(
-    ("replacement", "name", "others"),
+    ("replacements", "name", "others"),
     [
-        (NO_CLEAN_UP_AFTER_A_TIMEOUT, "no_orphan", {"recovers": UNDECIDED}),
-        (STAYS_FAILED, "ready_again", {"recovers": UNDECIDED}),
-        (GIVES_UP_AT_ONCE, "recovers", {}),
-        (WAITS_FOR_EVER, "recovers", {}),
+        ([NO_CLEAN_UP_AFTER_A_TIMEOUT], "no_orphan", {"recovers": UNDECIDED}),
+        ([STAYS_FAILED], "ready_again", {"recovers": UNDECIDED}),
+        (NEEDS_A_GREEN_LIGHT, "ready_again", {"recovers": UNDECIDED}),
+        ([GIVES_UP_AT_ONCE], "recovers", {}),
+        ([WAITS_FOR_EVER, NO_CLEAN_UP_AFTER_A_TIMEOUT], "recovers", {}),
     ],
 )
 def test_a_seeded_fault_is_shown_by_a_small_case(
-    replacement: tuple[str, str], name: str, others: dict[str, RequirementStatus], runs: RunsDeclaration
+    replacements: list[tuple[str, str]], name: str, others: dict[str, RequirementStatus], runs: RunsDeclaration
 ) -> None:
-    replacements = [replacement] if replacement is not WAITS_FOR_EVER else [replacement, NO_CLEAN_UP_AFTER_A_TIMEOUT]
     model = replace(scan_cell(*replacements), runs=runs)
     decisions = decide(model)
     assert statuses(decisions) == dict.fromkeys(NAMES, HOLDS) | others | {name: VIOLATED}
