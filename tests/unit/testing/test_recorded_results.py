@@ -177,6 +177,17 @@ def test_a_part_that_was_removed_from_the_file_is_not_compared() -> None:
     assert differences(replace(case, recorded=replace(run, goals=goals)), changed("parts += 1]", "parts += 2]")) == []
 
 
+def test_an_empty_part_says_that_there_was_nothing_and_is_compared() -> None:
+    text = write_case(recorded(case_of()), MODEL, None)
+    assert "  order: [go]\n" in text
+    before, _, after = text.partition("  visits:\n    go: [executing, completed, queued]\n  order: [go]\n")
+    empty = read_case(f"{before}  visits: {{}}\n  order: []\n{after}", MODEL)
+    assert empty.recorded is not None
+    assert [(goal.visits, goal.order) for goal in empty.recorded.goals] == [((), ())]
+    assert [subject for subject, _ in differences(empty, MODEL)] == ["recorded visits", "recorded order"]
+    assert read_case(write_case(empty, MODEL, None), MODEL).recorded == empty.recorded
+
+
 def test_a_record_of_an_earlier_version_is_not_compared() -> None:
     case = replace(case_of(), recorded=RecordedRun("aborted", "0" * 64))
     assert differences(case, MODEL) == []
