@@ -463,10 +463,12 @@ def test_another_tester_cannot_take_a_run_away_nor_end_it_by_leaving() -> None:
         await loop.settle()
         await other.close()
         await loop.settle()
+        assert harness.ended() == []
         harness.reply(1)
         await loop.settle()
         assert harness.ended() == ["run_1"]
         assert len(harness.others()) == 1
+        assert not any(isinstance(event, InjectionGiven) for event in harness.events())
 
     play(scene)
 
