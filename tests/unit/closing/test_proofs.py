@@ -6,13 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from scbm.closing import Decision
 from scbm.closing.proofs.proofs import by_runs, failing_transitions, structural_facts
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
-from scbm.files import load_model
+from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel
-from scbm.proofcheck import Fact
+from scbm.proofcheck import Fact, check_certificate
 from support.closings import obligation
 from support.models import scan_cell
+from support.shared_closings import shared_closing
 from support.wording import Wording
 
 ROOT = Path(__file__).parents[3]
@@ -106,3 +108,38 @@ def test_a_precondition_that_never_holds_is_reported(wording: Wording) -> None:
     model = scan_cell(("gr: light != red", "gr: scan_req_trigger == true"))
     assert _reason(model, "scan_box/executing") == _reason(model, "scan_box/failed")
     wording(_reason(model, "scan_box/executing"))
+
+
+# runs that the limit of plans ends
+
+
+TRIPS = """
+behavior_model: trips
+variables:
+  at: {domain: [home, halfway, work], initial: home}
+  fuel: {domain: 0..2, initial: 2}
+operations:
+  go: {pre: {g: at == home}, post: {g: true, a: [at <- work]}}
+  rest: {pre: {g: at == halfway}, post: {g: true, a: [at <- work]}}
+  burn: {pre: {g: fuel > 0}, post: {g: true, a: [fuel -= 1]}}
+automatic_transitions:
+  trip: {g: go.state == executing && at == home, a: [current.state <- failed, at <- halfway]}
+  ends_halfway: {g: plan.state == aborted && at == halfway && fuel == FUEL, a: [at <- home]}
+goals:
+  work: at == work
+  empty: fuel == 0
+runs: {goals: single}
+"""
+"""A run is halfway only at the moment at which it requests another plan, where the limit of plans may end it. In canonical
+plans to work no fuel is burnt before."""
+
+
+@pytest.mark.parametrize(("fuel", "decision"), [(2, Decision.COVERED), (1, Decision.EXCLUDED)])
+def test_an_end_by_the_limit_of_plans_is_no_proof_and_hides_none(fuel: int, decision: Decision) -> None:
+    model = read_model(TRIPS.replace("FUEL", str(fuel)))
+    closing = shared_closing(model)
+    found = {str(each.obligation): each.decision for each in closing.decided}
+    assert found["automatic/ends_halfway"] is decision
+    assert Decision.UNDECIDED not in found.values()
+    for _, certificate in closing.certificates:
+        assert check_certificate(certificate, model) == ()
