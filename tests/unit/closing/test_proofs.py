@@ -130,8 +130,8 @@ goals:
   empty: fuel == 0
 runs: {goals: single}
 """
-"""A run is halfway only at the moment at which it requests another plan, where the limit of plans may end it. In canonical
-plans to work no fuel is burnt before."""
+"""A run is halfway only at the moment at which it requests another plan, where the limit of plans may end it. Canonical
+plans to work burn no fuel before."""
 
 
 @pytest.mark.parametrize(("fuel", "decision"), [(2, Decision.COVERED), (1, Decision.EXCLUDED)])

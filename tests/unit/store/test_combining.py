@@ -201,3 +201,5 @@ def test_the_figures_of_the_new_store_are_those_of_all_that_it_holds(tmp_path: P
     assert (totals.cases, totals.runs) == (len(history.cases), len(history.runs))
     assert coverage_json(totals.coverage) == coverage_json(history.coverage)
     assert len(totals.coverage.cases) <= len(history.obligations.all)
+    assert totals.coverage.count == history.coverage.count == len(history.cases)
+    assert totals.coverage.visits() == history.coverage.visits()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.cases.coverage import Aspect, Coverage, Figure, Obligation, Obligations, visited_by
+from scbm.cases.coverage import Aspect, Coverage, Figure, Obligation, Obligations, Unnamed, visited_by
 from scbm.cases.trace import AutomaticTaken, OperationStepped, PlanReceived, Record
 from scbm.model import OperationState
 from support.models import scan_cell
@@ -55,6 +55,15 @@ def test_queued_is_beside_the_figure() -> None:
     assert coverage.figure_of(Aspect.QUEUED) == Figure(1, 1)
     assert coverage.missed(Aspect.QUEUED) == ()
     assert len(coverage.missed()) == 6
+
+
+def test_cases_that_are_only_counted_are_cases_too() -> None:
+    disabled, executing = (OBLIGATIONS.bit_of("scan_box", aspect) for aspect in (Aspect.DISABLED, Aspect.EXECUTING))
+    first = Coverage(OBLIGATIONS, (("a", disabled),), Unnamed(3, (2, 0)))
+    both = first + Coverage(OBLIGATIONS, (("b", disabled | executing),), Unnamed(4, (1, 4)))
+    assert (first.count, both.count) == (4, 9)
+    assert [both.visits()[obligation] for obligation in OBLIGATIONS][:3] == [5, 5, 0]
+    assert Coverage(OBLIGATIONS, (), Unnamed(2)).count == 2  # they visited nothing
 
 
 def test_the_first_visitor_is_the_case_that_was_run_first() -> None:

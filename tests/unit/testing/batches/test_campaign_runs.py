@@ -7,12 +7,14 @@ from pathlib import Path
 
 import pytest
 
+from scbm.cases.coverage import Coverage
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Slug
 from scbm.testing import Campaign, Tester, campaign_json
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import BatchPlan, BatchResult, InProcess, StopRule, run_batch, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
+from support.models import scan_cell
 from support.profiles import share, slow_beyond
 
 ROOT = Path(__file__).parents[4]
@@ -52,6 +54,15 @@ def test_the_size_of_batches_does_not_matter(size: int) -> None:
     assert campaign_json(campaign, 3, (), ()) == campaign_json(expected, 3, (), ())
     assert campaign.coverage == expected.coverage
     assert campaign.summary == total(work, None)
+
+
+def test_the_coverage_of_a_campaign_counts_the_cases_that_it_does_not_list() -> None:
+    model = scan_cell()
+    work = CampaignWork(model, numbers=range(1, 31))
+    coverage = Campaign(model, work, total(work, 7).notable()).coverage
+    assert len(coverage.cases) < coverage.count == 30
+    each = Coverage(coverage.obligations, tuple((r.case.name, r.visited) for r in Tester(model).results(work.cases())))
+    assert (coverage.visits(), coverage.visited, each.count) == (each.visits(), each.visited, 30)
 
 
 @pytest.mark.parametrize("size", [1, 7, 100])
