@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from scbm.model import FIRST_PLANNER, InputError, Slug
+from scbm.model import FIRST_PLANNER, InputError, PlanSet, Slug
 from scbm.proofcheck import (
     Awaits,
     Certificate,
@@ -18,6 +18,7 @@ from scbm.proofcheck import (
     ValuesArgument,
     certificate_text,
     read_certificate,
+    read_certificate_file,
 )
 from support.wording import Wording
 
@@ -110,6 +111,9 @@ def test_true_is_not_read_as_one() -> None:
     [
         (RUNS_TEXT, "", "1:1"),
         (RUNS_TEXT, "[]", "1:1"),
+        (RUNS_TEXT, "5", "1:1"),
+        (RUNS_TEXT, '["scbm_certificate"]', "1:1"),
+        (RUNS_TEXT, '"scbm_certificate"', "1:1"),
         (RUNS_TEXT, '{"format": "scbm-trace"}', "1:1"),
         ('"cell"', '""', "2:10"),
         ('"cell"', '"a\\nb"', "2:10"),
@@ -117,6 +121,8 @@ def test_true_is_not_read_as_one() -> None:
         ('"cell"', f'"{"x" * 1001}"', "2:10"),
         ('"cell"', "[" * 100_000, "1:1"),
         ('"0123', '"012x', "3:11"),
+        (f'"{DIGEST}"', "5", "3:11"),
+        (f'"{DIGEST}"', f'"{DIGEST}0"', "3:11"),
         ('"claims"', '"claim"', "1:1"),
         ('"claims"', '"x": 1, "claims"', "4:6"),
         ('"claims"', '"model": "m", "claims"', "4:1"),
@@ -127,15 +133,27 @@ def test_true_is_not_read_as_one() -> None:
         ('"runs",', '"values",', "1:1"),
         ('"scan/failed",', '{"obligation": "scan/failed"},', "5:1"),
         ('"scan/failed",', '"",', "5:1"),
+        ('{"name": "canonical", "version": "1"}', "5", "8:32"),
+        ('{"name": "canonical", "version": "1"}', '["name", "version"]', "8:32"),
         ("[],[]],", "[]],", "13:1"),
+        ("[],[]],", '[],[],"plan",5],', "13:1"),
+        ('[["home",1,true],[],[]],', '"abc",', "13:1"),
+        ('[["home",1,true],[],[]],', '{"a": 1, "b": 2, "c": 3},', "13:1"),
+        ('["home",1,true]', '"n"', "13:2"),
+        ("[],[]],", "5,[]],", "13:18"),
+        ("[],[]],", "[5],[]],", "13:19"),
         ("[],[]],", "[],{}],", "13:21"),
         ("[],[]],", "[],[3]],", "13:22"),
         ('"home",1', '"home",null', "13:10"),
         ('"home",1', '"home",1.5', "13:10"),
         ('"home",1', '"home",NaN', "13:10"),
         ('"home",1', '"home",99999999999999999999', "13:10"),
+        ('"home",1', f'"home",{2**63 + 1}', "13:10"),
+        ('"home",1', f'"home",-{2**63 + 1}', "13:10"),
         ('"home",1', f'"home",{"9" * 5000}', "1:1"),
         ('"plan"', '"plans"', "17:42"),
+        ('"plan"', "[]", "17:42"),
+        ('"plan"', "5", "17:42"),
         ('"goal": "never", ', "", "19:1"),
         ('"single"', '"any"', "9:10"),
         ('"plans": "canonical"', '"plans": "all"', "9:29"),
@@ -185,6 +203,60 @@ def test_another_version_of_the_format_is_refused(version: str, wording: Wording
     (found,) = caught.value.diagnostics
     assert (found.slug, str(found.place)) == (Slug.FORMAT_VERSION, "c.json")
     wording(found)
+
+
+def test_large_numbers_and_long_names_are_read() -> None:
+    """The limits themselves are allowed."""
+    name = "x" * 1_000
+    text = RUNS_TEXT.replace('"home",1', f'"{name}",{2**63}').replace('"box",0', f'"{name}",-{2**63}')
+    argument = read_certificate(text).argument
+    assert isinstance(argument, RunsArgument)
+    assert argument.runs[0].situations[0].values == (name, 2**63, True)
+
+
+def test_words_of_any_alphabet_are_written_as_they_are() -> None:
+    situation = Situation(("früh",), ("öffnen",), ("Tür",))
+    certificate = Certificate(
+        "cell", DIGEST, CLAIMS, RunsArgument(("schicht",), (GoalRuns("ende", (situation,)),)), None
+    )
+    assert '[["früh"],["öffnen"],["Tür"]]' in certificate_text(certificate)
+
+
+@pytest.mark.parametrize("plans", [PlanSet.SHORTEST, PlanSet.ANY])
+def test_the_queue_of_a_set_of_plans_is_a_state(plans: PlanSet, wording: Wording) -> None:
+    situations = (Situation((1,), ("home", 1, True), ("robot",), Awaits.PLAN), Situation((2,)))
+    argument = RunsArgument(("n",), (GoalRuns("there", situations, ("at", "n", "on")),), plans=plans)
+    certificate = Certificate("cell", DIGEST, CLAIMS, argument)
+    text = certificate_text(certificate)
+    assert '[[1],["home",1,true],["robot"],"plan"],\n[[2],null,[]]' in text
+    assert read_certificate(text) == certificate
+    assert refused(text.replace('["home",1,true]', '["home",1.5,true]'), wording) == ["13:14"]
+    assert refused(text.replace('["home",1,true]', '"home"'), wording) == ["13:6"]
+    assert refused(text.replace('"planned": ["at", "n", "on"], ', ""), wording) == ["12:1"]
+
+
+# the model file
+
+
+def with_model_file(written: str) -> str:
+    return RUNS_TEXT.replace('"digest"', f'"model_file": {written},\n"digest"')
+
+
+@pytest.mark.parametrize("path", ["m", "cells/a b.yaml", "x" * 1_000])
+def test_a_certificate_may_name_the_file_of_its_model(path: str) -> None:
+    text = certificate_text(RUNS, path)
+    assert text == with_model_file(json.dumps(path))
+    assert read_certificate_file(text) == (RUNS, path)
+    assert read_certificate_file(RUNS_TEXT) == (RUNS, None)
+
+
+@pytest.mark.parametrize("written", ['""', "5", '["m"]', f'"{"x" * 1_001}"'])
+def test_the_name_of_a_model_file_is_a_text(written: str, wording: Wording) -> None:
+    assert refused(with_model_file(written), wording) == ["3:15"]
+
+
+def test_without_its_model_file_a_certificate_still_has_all_its_faults(wording: Wording) -> None:
+    assert refused(with_model_file("5").replace('"home",1', '"home",null'), wording) == ["3:15", "14:10"]
 
 
 def test_a_certificate_for_any_plan_names_no_planner() -> None:
