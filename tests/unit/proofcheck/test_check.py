@@ -9,7 +9,17 @@ import pytest
 
 from scbm.closing.proofs.possible_values import possible_values
 from scbm.files import read_model
-from scbm.model import FIRST_PLANNER, BehaviorModel, PlannerIdentity, PlanState, Value
+from scbm.model import (
+    FIRST_PLANNER,
+    BehaviorModel,
+    GoalOrder,
+    PlannerChoice,
+    PlannerIdentity,
+    PlanSet,
+    PlanState,
+    RunsDeclaration,
+    Value,
+)
 from scbm.proofcheck import (
     Argument,
     Awaits,
@@ -110,6 +120,43 @@ def test_a_certificate_names_the_planner_that_its_argument_is_about(
     (flaw,) = check_certificate(certificate, lamp())
     assert flaw.where == "the planner"
     wording(flaw)
+
+
+def situations(goals: GoalOrder, plans: PlanSet) -> Certificate:
+    """A certificate about some runs of the lamp. Its situations do not matter where the runs are other ones."""
+    planner = FIRST_PLANNER if plans is PlanSet.CANONICAL else None
+    argument = RunsArgument(VARIABLES, (GoalRuns("lit", ()),), goals, plans)
+    return Certificate("lamp", "0" * 64, NEVER, argument, planner)
+
+
+@pytest.mark.parametrize(
+    ("goals", "plans", "runs", "planner", "places"),
+    [
+        ("single", "canonical", RunsDeclaration(GoalOrder.SINGLE), None, []),
+        ("single", "canonical", RunsDeclaration(GoalOrder.SEQUENCE), None, ["the goals"]),
+        ("single", "any", RunsDeclaration(GoalOrder.SEQUENCE), None, ["the goals"]),
+        ("sequence", "canonical", RunsDeclaration(GoalOrder.SEQUENCE), None, []),
+        ("sequence", "canonical", RunsDeclaration(GoalOrder.SINGLE), None, []),
+        ("single", "canonical", RunsDeclaration(GoalOrder.SINGLE, PlanSet.SHORTEST), None, ["the plans"]),
+        ("single", "shortest", RunsDeclaration(GoalOrder.SINGLE, PlanSet.SHORTEST), None, []),
+        ("single", "shortest", RunsDeclaration(GoalOrder.SINGLE), None, []),
+        ("single", "any", RunsDeclaration(GoalOrder.SINGLE, PlanSet.SHORTEST), None, []),
+        ("single", "canonical", RunsDeclaration(GoalOrder.SINGLE), "canonical", []),
+        ("single", "canonical", RunsDeclaration(GoalOrder.SINGLE), "greedy", ["the planner"]),
+        ("single", "shortest", RunsDeclaration(GoalOrder.SINGLE), "greedy", ["the planner"]),
+        ("single", "any", RunsDeclaration(GoalOrder.SINGLE), "greedy", []),
+        ("single", "canonical", RunsDeclaration(plans=PlanSet.SHORTEST), "greedy", ["the goals", "the plans", "the planner"]),
+    ],
+)  # fmt: skip
+def test_a_certificate_is_about_the_runs_of_the_model(  # noqa: PLR0913, PLR0917 - the parameters of the test
+    goals: str, plans: str, runs: RunsDeclaration, planner: str | None, places: list[str], wording: Wording
+) -> None:
+    model = replace(lamp(), runs=runs, planner=PlannerChoice(planner))
+    flaws = check_certificate(situations(GoalOrder(goals), PlanSet(plans)), model)
+    about_runs = [flaw for flaw in flaws if not flaw.where.startswith("goal lit")]
+    assert [flaw.where for flaw in about_runs] == places
+    if about_runs:
+        wording(about_runs)
 
 
 # facts

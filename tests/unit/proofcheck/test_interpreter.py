@@ -8,9 +8,10 @@ import pytest
 
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Role, Value
-from scbm.proofcheck import Awaits, Situation
+from scbm.proofcheck import Awaits, Situation, checked_run
 from scbm.proofcheck.checked_run import CheckedStep, DeadlineEvent, GivingUp, PlannerAnswer, ReplyEvent
 from scbm.proofcheck.interpreter import Interpreter
+from scbm.running import RunnerOptions
 from support.models import as_closed
 from support.wording import Wording
 
@@ -237,6 +238,43 @@ def test_automatic_transitions_are_counted_anew_after_each_event(monkeypatch: py
         "automatic/t2",
         "automatic/t3",
     )
+
+
+TURNS = """
+behavior_model: turns
+variables:
+  at: {domain: 0..3, initial: 0}
+  copy: {domain: 0..3, initial: 0}
+  marks: {domain: 0..3, initial: 0}
+  light: {domain: [off, on, far], initial: off}
+operations:
+  slip:
+    pre: {g: at == 0}
+    post: {g: true, gr: at == 3, a: [at <- 1]}
+    failed: {g: true, a: [at <- 1]}
+  go: {pre: {g: at == 1}, post: {g: true, a: [at <- 2]}}
+  arrive: {pre: {g: at == 2}, post: {g: true, a: [at <- 3]}}
+automatic_transitions:
+  follow: {g: copy < at, a: [copy += 1]}
+  mark: {g: marks < copy, a: [marks += 1]}
+  on: {g: plan.state == planning && at == 1 && light == off, a: [light <- on]}
+  far: {g: light == on, a: [light <- far]}
+goals: {there: at == 3}
+"""
+"""`slip` fails. Two automatic transitions follow it, two the request for the next plan, two each of its operations."""
+
+
+@pytest.mark.parametrize(("bound", "end"), [(2, "completed"), (1, "aborted")])
+def test_automatic_transitions_are_counted_anew_for_each_operation_and_each_plan(
+    monkeypatch: pytest.MonkeyPatch, bound: int, end: str
+) -> None:
+    monkeypatch.setattr("scbm.proofcheck.checked_run.MAX_AUTOMATIC", bound)
+    steps, model = interpreter(TURNS)
+    assert first_step(steps, model.nominal_state).values["plan.state"] == end
+
+
+def test_a_run_ends_as_a_livelock_where_the_runner_ends_it() -> None:
+    assert checked_run.MAX_AUTOMATIC == RunnerOptions().livelock_bound
 
 
 # the order of micro-steps, and what fails an operation
