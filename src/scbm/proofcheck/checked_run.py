@@ -282,7 +282,7 @@ class CheckedRun:
     # the end
 
     def end(self, plan_state: PlanState) -> None:
-        """End the run: clear its requests, make the operation initial, drop the plan (semantics 5, after the ends)."""
+        """End the run: clear its requests, and make the operation initial (semantics 5, after the ends)."""
         changes: dict[str, Value] = {PLAN_STATE: plan_state.value}
         for name, resource in self._rules.resources.items():
             occupied = self.values[resource.request_state] == RequestState.EXECUTING and name not in self.in_flight
@@ -293,8 +293,6 @@ class CheckedRun:
         self._leave()
         self.has_ended = True
         self._automatic = 0
-        self.queue, self.in_flight = None, []
-        self.question, self.unsolvable_in = None, None
 
     # inside
 

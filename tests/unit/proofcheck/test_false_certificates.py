@@ -284,6 +284,11 @@ class Overclaimed:
 
 CONSTANT = "size: {domain: 0..2, initial: 0, source: constant}"
 AFTER_END = twice("plan.state == completed", "key == off", "key == on")
+TIMES_OUT = "deadline: 5 s\n    timedout: [mark <- 2, arm_req_trigger <- false]"
+REPLANS = (
+    f"starts: {{g: {EXECUTES}, a: [mark <- 1]}}",
+    "asks: {g: plan.state == planning && mark == 2, a: [mark <- 3]}",
+)
 OVERCLAIMED = {
     "an abort": Overclaimed(
         cell(
@@ -316,11 +321,11 @@ OVERCLAIMED = {
         "automatic/seen_2",
     ),
     "the limit of plans at a later plan": Overclaimed(
-        cell(
-            f"starts: {{g: {EXECUTES}, a: [mark <- 1]}}",
-            "seen: {g: plan.state == aborted && mark == 2, a: [mark <- 0]}",
-            go="deadline: 5 s\n    timedout: [mark <- 2, arm_req_trigger <- false]",
-        ),
+        cell(*REPLANS, "seen: {g: plan.state == aborted && mark == 2, a: [mark <- 0]}", go=TIMES_OUT),
+        "the deadline passes, the limit of plans is reached",
+    ),
+    "an end while a plan is awaited": Overclaimed(
+        cell(*REPLANS, "seen: {g: plan.state == aborted && mark == 3, a: [mark <- 0]}", go=TIMES_OUT),
         "the deadline passes, the limit of plans is reached",
     ),
     "automatic transitions without end": Overclaimed(

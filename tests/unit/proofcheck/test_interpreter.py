@@ -274,7 +274,7 @@ def test_automatic_transitions_are_counted_anew_for_each_operation_and_each_plan
 
 
 def test_a_run_ends_as_a_livelock_where_the_runner_ends_it() -> None:
-    assert checked_run.MAX_AUTOMATIC == RunnerOptions().livelock_bound
+    assert RunnerOptions().livelock_bound == checked_run.MAX_AUTOMATIC
 
 
 # the order of micro-steps, and what fails an operation
