@@ -192,6 +192,7 @@ def test_there_is_one_fact_for_each_claim_and_a_fitting_one(wording: Wording) ->
         (lamp(("a: [lamp <- dark]", "a: [current.state <- failed]")), Fact.CANNOT_FAIL, "light/failed"),
         (lamp(("a: [lamp <- dark]", "a: [light.state <- failed]")), Fact.CANNOT_FAIL, "light/failed"),
         (lamp(), Fact.ALWAYS_ENABLED, "light/disabled"),
+        (lamp(("g: lamp == dark, a", "g: true, gr: note == x, a")), Fact.ALWAYS_ENABLED, "light/disabled"),
         (
             scan_cell(
                 ("g: scan_req_state == initial && scan_req_trigger == false && box_is_scanned == false", "g: true"),

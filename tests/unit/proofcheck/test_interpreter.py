@@ -246,7 +246,7 @@ variables:
   at: {domain: 0..3, initial: 0}
   copy: {domain: 0..3, initial: 0}
   marks: {domain: 0..3, initial: 0}
-  light: {domain: [off, on, far], initial: off}
+  light: {domain: [off, on, far, seen], initial: off}
 operations:
   slip:
     pre: {g: at == 0}
@@ -259,9 +259,11 @@ automatic_transitions:
   mark: {g: marks < copy, a: [marks += 1]}
   on: {g: plan.state == planning && at == 1 && light == off, a: [light <- on]}
   far: {g: light == on, a: [light <- far]}
+  again: {g: plan.state == executing && light == far, a: [light <- seen]}
 goals: {there: at == 3}
 """
-"""`slip` fails. Two automatic transitions follow it, two the request for the next plan, two each of its operations."""
+"""`slip` fails. Two automatic transitions follow it, two the request for the next plan, one its answer, and two each of
+its operations."""
 
 
 @pytest.mark.parametrize(("bound", "end"), [(2, "completed"), (1, "aborted")])
@@ -329,6 +331,14 @@ def test_a_request_is_sent_before_another_one_is_cancelled() -> None:
     assert asked.in_flight == ("eye", "see")
     step = steps.after(asked, ReplyEvent("see", succeeded=True, measured=(("seen", 2),)))
     assert step.visited == ("automatic/swaps", "automatic/both")
+
+
+def test_a_request_is_sent_before_the_run_reaches_its_goal() -> None:
+    looks = "  looks: {g: plan.state == planning && seen == 0, a: [eye_req_trigger <- true, seen <- 1]}\n"
+    is_sent = "  is_sent: {g: eye_req_state == executing, a: [seen <- 2]}\n"
+    _, situation, visited = begun(looks + is_sent, lamp="lit")
+    assert situation is None
+    assert visited == ("automatic/looks", "automatic/is_sent")
 
 
 def test_a_livelock_at_rest_has_no_rest_from_which_a_goal_could_be_given() -> None:
