@@ -457,6 +457,7 @@ def test_a_variable_that_nothing_depends_on_can_be_left_out() -> None:
         (("a: [lamp <- lit]", "a: [lamp <- lit, note <- other]"), "other"),
         (("    timedout: [", "    failed: {g: count == 1}\n    timedout: ["), "count"),
         (("timedout: [", "timedout: [note <- other, "), "other"),
+        (("goals:", "environment:\n  fade: {guard: count == 1, actions: [other <- y]}\ngoals:"), "count"),
     ],
 )
 def test_a_variable_that_matters_cannot_be_left_out(

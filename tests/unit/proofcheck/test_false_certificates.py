@@ -353,6 +353,25 @@ OVERCLAIMED = {
         "back/queued",
         goals=GoalOrder.SEQUENCE,
     ),
+    "a goal after the time limit": Overclaimed(
+        cell(
+            f"starts: {{g: {EXECUTES} && mark == 0, a: [mark <- 1]}}",
+            "ends: {g: plan.state == completed, a: [mark <- 0]}",
+            "seen: {g: plan.state == planning && mark == 1, a: [mark <- 2]}",
+        ),
+        "goal done, from at=home, mark=1",
+        goals=GoalOrder.SEQUENCE,
+    ),
+    "a goal after the limit of plans": Overclaimed(
+        cell(
+            "asks: {g: plan.state == planning && mark == 0, a: [mark <- 1]}",
+            f"starts: {{g: {EXECUTES} && mark == 1, a: [mark <- 0]}}",
+            "ends: {g: plan.state == aborted && mark == 1, a: [mark <- 2]}",
+            "seen: {g: plan.state == planning && mark == 2, a: [mark <- 0]}",
+        ),
+        "goal done, from at=home, mark=2",
+        goals=GoalOrder.SEQUENCE,
+    ),
     "an input that begins with another value": Overclaimed(
         cell(
             "was: {g: plan.state == idle && key == off && mark == 0, a: [mark <- 1]}",

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import pytest
 
 from scbm.files import read_model
-from scbm.model import BehaviorModel, Role, Value
+from scbm.model import BehaviorModel, GoalOrder, Role, Value
 from scbm.proofcheck import Awaits, Situation, checked_run
-from scbm.proofcheck.checked_run import CheckedStep, DeadlineEvent, GivingUp, PlannerAnswer, ReplyEvent
+from scbm.proofcheck.checked_run import CheckedStep, DeadlineEvent, GivingUp, OutsideEvent, PlannerAnswer, ReplyEvent
 from scbm.proofcheck.interpreter import Interpreter
 from scbm.running import RunnerOptions
 from support.models import as_closed
@@ -40,10 +40,10 @@ BLINKS = """\
 """
 
 
-def interpreter(text: str) -> tuple[Interpreter, BehaviorModel]:
+def interpreter(text: str, goals: GoalOrder = GoalOrder.SINGLE) -> tuple[Interpreter, BehaviorModel]:
     model = as_closed(read_model(text))
     variables = [variable.name for variable in model.running_space if variable.role is not Role.OPERATION_STATE]
-    return Interpreter(model, model.goals[0][1], variables), model
+    return Interpreter(model, model.goals[0][1], variables, goals), model
 
 
 def first_step(steps: Interpreter, state: Mapping[str, Value]) -> CheckedStep:
@@ -123,6 +123,7 @@ def test_the_answer_to_a_question_asked_before_something_changed_is_stale() -> N
     assert stale == Situation(
         ("dark", 2, True, "executing", "none", "initial", "planning"), None, ("eye",), Awaits.STALE
     )
+    assert PlannerAnswer() in list(steps.events(stale))
     asked_again = steps.after(stale, PlannerAnswer()).situation
     assert asked_again == Situation(stale.values, None, ("eye",), Awaits.UNSOLVABLE)
     assert steps.after(asked_again, ReplyEvent("eye", succeeded=False)).situation == asked_again  # nothing changed
@@ -195,6 +196,7 @@ def test_a_run_can_end_as_unsolvable_though_something_may_change_from_outside() 
     asked = first_step(steps, model.nominal_state).situation
     assert asked is not None
     assert asked.awaits is Awaits.UNSOLVABLE
+    assert GivingUp() not in list(steps.events(asked))
     waiting = steps.after(asked, PlannerAnswer()).situation
     assert waiting is not None
     assert waiting.awaits is Awaits.CHANGE
@@ -304,8 +306,9 @@ def test_nothing_fails_an_operation_that_does_not_execute() -> None:
         assert visited == ()
 
 
-def test_an_automatic_transition_that_only_fails_the_operation_is_taken() -> None:
-    _, _, visited = begun("  breaks: {g: lamp == dark, a: [current.state <- failed]}\n", seen=1)
+@pytest.mark.parametrize("state", ["current.state", "light.state"])
+def test_an_automatic_transition_that_only_fails_the_operation_is_taken(state: str) -> None:
+    _, _, visited = begun(f"  breaks: {{g: lamp == dark, a: [{state} <- failed]}}\n", seen=1)
     assert visited == ("light/queued", "light/executing", "automatic/breaks", "light/failed")
 
 
@@ -315,6 +318,61 @@ def test_an_automatic_transition_comes_before_the_end_of_an_aborted_run() -> Non
     _, situation, visited = begun(stops + tidies, seen=1)
     assert situation is None
     assert visited == ("light/queued", "light/executing", "automatic/stops", "automatic/tidies")
+
+
+def test_each_request_in_flight_can_get_a_reply() -> None:
+    text = LAMP.replace("  eye: {measures: [seen]}\n", "  eye: {}\n  arm: {}\n")
+    looks = "  looks: {g: eye_req_trigger == false, a: [eye_req_trigger <- true, arm_req_trigger <- true]}\n"
+    steps, model = interpreter(text + looks)
+    asked = first_step(steps, model.nominal_state).situation
+    assert asked is not None
+    assert asked.in_flight == ("eye", "arm")
+    replies = [ReplyEvent(name, succeeded=ok) for name in asked.in_flight for ok in (True, False)]
+    assert list(steps.events(asked)) == [*replies, PlannerAnswer()]
+
+
+SHARED_EYE = LAMP.replace("{measures: [seen]}", "{shared: true}")
+
+
+def test_no_other_user_leaves_a_resource_that_has_a_request_in_flight() -> None:
+    steps, model = interpreter(SHARED_EYE + LOOKS)
+    asked = first_step(steps, model.nominal_state).situation
+    assert asked is not None
+    assert asked.in_flight == ("eye",)
+    assert [each for each in steps.events(asked) if isinstance(each, OutsideEvent)] == []
+
+
+def test_the_end_of_a_run_does_not_free_a_resource_that_another_user_occupies() -> None:
+    steps, model = interpreter(SHARED_EYE.replace("automatic_transitions:\n", ""))
+    (rest,) = steps.start({**model.nominal_state, "lamp": "lit"}).rests
+    (occupied,) = steps.at_rest(rest)
+    assert occupied.values["eye_req_state"] == "executing"
+    ended = steps.begin(occupied.values)
+    assert ended.situation is None
+    assert (ended.values["plan.state"], ended.values["eye_req_state"]) == ("completed", "executing")
+
+
+def test_a_goal_is_not_reached_while_an_operation_executes() -> None:
+    text = LAMP.replace("a: [lamp <- lit]}", "gr: seen == 2, a: [lamp <- lit]}")
+    steps, model = interpreter(text + "  early: {g: light.state == executing, a: [lamp <- lit]}\n")
+    step = first_step(steps, {**model.nominal_state, "seen": 1})
+    assert step.visited == ("light/queued", "light/executing", "automatic/early")
+    assert step.situation is not None
+    assert list(steps.events(step.situation)) == [DeadlineEvent()]
+
+
+def test_an_operation_that_could_complete_and_fail_completes() -> None:
+    text = LAMP.replace("    post:", "    failed: {g: true}\n    post:").replace("automatic_transitions:\n", "")
+    steps, model = interpreter(text)
+    step = first_step(steps, {**model.nominal_state, "seen": 1})
+    assert step.visited == ("light/queued", "light/executing", "light/completed")
+
+
+def test_a_request_that_is_sent_anew_cancels_the_one_in_flight() -> None:
+    anew = "  anew: {g: eye_req_state == executing && seen == 0, a: [eye_req_state <- initial, seen <- 2]}\n"
+    _, asked, visited = begun(LOOKS + anew)
+    assert asked is not None
+    assert (visited, asked.in_flight) == (("automatic/looks", "automatic/anew"), ("eye",))
 
 
 def test_a_request_is_sent_before_another_one_is_cancelled() -> None:
@@ -345,3 +403,12 @@ def test_a_livelock_at_rest_has_no_rest_from_which_a_goal_could_be_given() -> No
     steps, model = interpreter(LAMP + BLINKS.replace("plan.state != idle && ", ""))
     step = steps.start({**model.nominal_state, "seen": 2})
     assert (step.situation, step.rests, step.visited) == (None, (), ("automatic/on", "automatic/off"))
+
+
+def test_no_goal_follows_a_livelock_after_the_end_of_a_run() -> None:
+    blinks = BLINKS.replace("!= idle", "== completed").replace(
+        "g: lamp == lit", "g: plan.state == completed && lamp == lit"
+    )
+    steps, model = interpreter(LAMP + blinks, GoalOrder.SEQUENCE)
+    step = first_step(steps, {**model.nominal_state, "lamp": "lit", "seen": 2})
+    assert (step.situation, step.rests, step.visited) == (None, (), ("automatic/off", "automatic/on"))

@@ -13,6 +13,7 @@ variables:
   stop: {domain: [released, pressed], initial: released, source: input}
   door: {domain: [closed, open], initial: closed, source: input}
   visitors: {domain: 0..2, initial: 0}
+  crowd: {domain: 0..2, initial: 0}
   item: {domain: [none, box, tube], initial: none}
 resources:
   scanner: {publishes: {item: [none, box]}, shared: true}
@@ -28,12 +29,14 @@ environment:
 """
 
 
-def model() -> BehaviorModel:
-    return read_model(CELL)
+def model(*lines: str) -> BehaviorModel:
+    return read_model(CELL + "".join(f"  {line}\n" for line in lines))
 
 
-def changes(in_flight: tuple[str, ...] = (), **values: Value) -> list[dict[str, Value]]:
-    cell = model()
+def changes(
+    in_flight: tuple[str, ...] = (), cell: BehaviorModel | None = None, **values: Value
+) -> list[dict[str, Value]]:
+    cell = cell or model()
     names = [v.name for v in cell.running_space if v.role is not Role.OPERATION_STATE]
     rules = GuardedRules(cell, names)
     state = {name: cell.running_space[name].initial for name in names} | values
@@ -48,6 +51,11 @@ def test_transitions_act_where_their_guards_hold_and_their_actions_fit() -> None
     assert changes() == [*FREE, {"visitors": 1}, OCCUPIED]
     assert changes(visitors=2) == [*FREE, {"stop": "pressed"}, OCCUPIED]
     assert changes(visitors=2, stop="pressed") == [*FREE, OCCUPIED]
+
+
+def test_the_actions_of_a_transition_act_together() -> None:
+    drift = model("drift: {guard: visitors == 2, actions: [visitors <- crowd, crowd <- visitors]}")
+    assert {"visitors": 1, "crowd": 2} in changes(cell=drift, visitors=2, crowd=1)
 
 
 def test_others_occupy_and_leave_a_shared_resource_without_a_request_in_flight() -> None:
