@@ -32,6 +32,7 @@ from scbm.proofcheck import (
     ValuesArgument,
     check_certificate,
 )
+from scbm.proofcheck.runs_check import initial_states
 from support.models import as_closed, scan_cell
 from support.wording import Wording
 
@@ -167,7 +168,9 @@ def test_facts_that_hold_prove_their_claims() -> None:
         ("deadline: 5 s", ""), ("    timedout: [switch_req_trigger <- false]\n", ""), ("lamp == dark,", "true,")
     )
     facts = StructureArgument((Fact.NO_DEADLINE, Fact.CANNOT_FAIL, Fact.ALWAYS_ENABLED))
-    assert flaws_of(model, facts, "light/timedout", "light/failed", "light/disabled") == []
+    for runs_of_model in (RunsDeclaration(GoalOrder.SINGLE), RunsDeclaration(GoalOrder.SEQUENCE)):
+        model = replace(model, runs=runs_of_model)
+        assert flaws_of(model, facts, "light/timedout", "light/failed", "light/disabled") == []
 
 
 def test_an_action_that_copies_a_value_of_the_same_domain_disables_no_operation() -> None:
@@ -270,6 +273,7 @@ def test_automatic_transitions_that_change_nothing_are_never_taken() -> None:
         ("note", ("x", "z")),
         ("note", ("y", "x")),
         ("switch_req_trigger", (0, 1)),
+        ("note", ("x", "x", "y")),
     ],
 )
 def test_values_that_a_run_leaves_are_refused(name: str, allowed: tuple[Value, ...], wording: Wording) -> None:
@@ -422,6 +426,11 @@ def test_the_goals_are_those_of_the_model(wording: Wording) -> None:
         wording(flaw)
 
 
+def test_a_model_without_goals_has_no_runs_to_argue_about() -> None:
+    (flaw,) = flaws_of(replace(lamp(), goals=()), RunsArgument(VARIABLES, ()), *NEVER)
+    assert flaw.startswith("the goals:")
+
+
 @pytest.mark.parametrize(
     "variables",
     [("lamp", "lamp", *VARIABLES[1:]), tuple(reversed(VARIABLES)), (*VARIABLES, "light.state"), (*VARIABLES, "lump")],
@@ -484,6 +493,7 @@ def test_a_variable_that_matters_cannot_be_left_out(
         replace(EXECUTING, awaits=Awaits.STALE),
         Situation(("dark", "y", True, "failed", "none", "executing", "executing")),
         Situation(("dark", "y", True, "failed", "none", "initial", "planning"), ("light",), (), Awaits.CHANGE),
+        replace(EXECUTING, queue=("light", "dim")),
     ],
 )
 def test_what_is_no_situation_at_all_is_reported(situation: Situation, wording: Wording) -> None:
@@ -539,6 +549,15 @@ def test_only_initial_states_that_are_allowed_count_towards_their_limit(monkeypa
     flaws = flaws_of(model, runs(), "light/queued")
     assert flaws
     assert not [flaw for flaw in flaws if flaw.startswith("the initial states")]
+
+
+def test_a_variable_that_is_left_out_decides_which_initial_states_are_allowed() -> None:
+    model = lamp(
+        ("initial: dark}", "initial: dark, random: any}"),
+        ("initial: x}", "initial: x}\n  number: {domain: 0..9, initial: 3}"),
+        more="initial_states: number == 4 || lamp == lit\n",
+    )
+    assert list(dict.fromkeys(state["lamp"] for state in initial_states(VARIABLES, model))) == ["lit"]
 
 
 @pytest.mark.parametrize(("allowed", "is_proof"), [("lamp == lit", True), ("'true'", False)])

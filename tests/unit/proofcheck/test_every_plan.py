@@ -15,6 +15,7 @@ from scbm.proofcheck.checker_planner import (
     NoPlanExists,
     PlanFound,
     PlannedStates,
+    PlanningLimitReached,
     PlansFound,
     plans_of,
 )
@@ -99,6 +100,37 @@ def test_the_plans_of_a_set_go_on_where_the_goal_can_be_reached(text: str, goal:
                 if left is not None and (plan_set is PlanSet.ANY or left + 1 == here):
                     expected.append((operation, after))
             assert list(plans.following(start)) == expected + [(None, None)] * (here == 0)
+
+
+CHAIN = """
+behavior_model: chain
+variables:
+  at: {domain: 0..3, initial: 0}
+operations:
+  go: {pre: {g: at < 3}, post: {g: true, a: [at += 1]}}
+goals: {end: at == 3}
+"""
+
+
+@pytest.mark.parametrize(("plan_set", "states"), [(PlanSet.CANONICAL, 3), (PlanSet.SHORTEST, 4), (PlanSet.ANY, 4)])
+def test_nothing_is_known_beyond_the_limit_of_states(
+    plan_set: PlanSet, states: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search for the canonical plan ends at the goal state, before that state counts."""
+    model = read_model(CHAIN)
+    for most, expected in ((states, PlansFound), (states - 1, PlanningLimitReached)):
+        monkeypatch.setattr("scbm.proofcheck.checker_planner.MAX_PLANNING_STATES", most)
+        plans = plans_of(plan_set, model, model.goals[0][1])
+        assert isinstance(plans.answer(model.nominal_state), expected)
+
+
+def test_plans_depend_on_a_variable_that_an_operation_counts_in() -> None:
+    model = read_model(
+        CHAIN.replace("at < 3", "true")
+        .replace("goals: {end: at == 3}", "  wait: {pre: {g: true}, post: {g: true}}\ngoals: {end: other == on}")
+        .replace("  at:", "  other: {domain: [off, on], initial: off}\n  at:")
+    )
+    assert PlannedStates(model, model.goals[0][1]).names == ("other", "at")
 
 
 @pytest.mark.parametrize("plan_set", PlanSet)

@@ -380,6 +380,15 @@ OVERCLAIMED = {
         ),
         "the start, from at=home",
     ),
+    "an input that begins with another value beside a random one": Overclaimed(
+        cell(
+            "was: {g: plan.state == idle && key == off && mark == 0, a: [mark <- 1]}",
+            "seen: {g: plan.state == idle && key == on && size == 2 && mark == 0, a: [mark <- 2]}",
+            "else: {g: plan.state == idle && mark == 0, a: [mark <- 3]}",
+            variables=f"{KEY}\n  {CONSTANT.replace('0,', '0, random: [0, 2],')}",
+        ),
+        "the start, from at=home",
+    ),
     "a random initial value": Overclaimed(
         cell("seen: {g: size == 2, a: [mark <- 1]}", variables=CONSTANT.replace("0,", "0, random: [0, 2],")),
         "the start, from at=home, mark=1, size=2",

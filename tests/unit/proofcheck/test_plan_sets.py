@@ -12,7 +12,14 @@ from scbm.cases.coverage import Obligations
 from scbm.cases.trace import End
 from scbm.files import read_case, read_model
 from scbm.model import BehaviorModel, GoalOrder, PlanSet
-from scbm.proofcheck import Certificate, certificate_text, check_certificate, read_certificate
+from scbm.proofcheck import (
+    Certificate,
+    CertificateFlaw,
+    RunsArgument,
+    certificate_text,
+    check_certificate,
+    read_certificate,
+)
 from scbm.testing import Tester
 from support.certificates import certificate_of, without_situation
 
@@ -115,6 +122,25 @@ def test_no_situation_can_be_left_out(goals: GoalOrder, plans: PlanSet) -> None:
     smaller = list(without_situation(certified(goals, plans)))
     assert smaller
     assert not any(map(is_proof, smaller))
+
+
+@pytest.mark.parametrize("plans", [PlanSet.SHORTEST, PlanSet.ANY])
+def test_queues_are_states_of_the_variables_on_which_plans_depend(plans: PlanSet) -> None:
+    certificate = certified(GoalOrder.SINGLE, plans)
+    argument = certificate.argument
+    assert isinstance(argument, RunsArgument)
+    first, *others = argument.runs
+    for queue in (("d", True), ("a", 1), ("a",)):
+        situation = next(each for each in first.situations if each.queue is not None)
+        longer = replace(first, situations=(*first.situations, replace(situation, queue=queue)))
+        (flaw,) = flaws_of(certificate, replace(argument, runs=(longer, *others)))
+        assert flaw.where == f"goal there, situation {len(longer.situations)}"
+    other = replace(first, planned=first.planned[:1])
+    assert flaws_of(certificate, replace(argument, runs=(other, *others)))[0].where == "goal there"
+
+
+def flaws_of(certificate: Certificate, argument: RunsArgument) -> tuple[CertificateFlaw, ...]:
+    return check_certificate(replace(certificate, argument=argument), crane(argument.goals))
 
 
 TOGGLES = """
