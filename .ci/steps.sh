@@ -65,6 +65,11 @@ static_checks() {
   rm -rf "$site"
 }
 
+source_mutants() {
+  step "mutants of the source, which tests must notice"
+  .venv/bin/python tests/source_mutants/source_mutants.py "$@"
+}
+
 examples() {
   step "examples"
   for model in examples/*/*.yaml; do .venv/bin/scbm check --strict "$model"; done
