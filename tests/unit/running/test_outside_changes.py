@@ -125,7 +125,8 @@ def test_the_parts_of_a_change_are_those_of_its_sources_in_the_order_written() -
     assert PROGRAM.outside.parts(values) == [
         (("lit", True), ("near", "b")),
         (("button", "down"),),
-        (("count", 1), ("door", "open")),
+        (("count", 1),),
+        (("door", "open"),),
     ]
 
 

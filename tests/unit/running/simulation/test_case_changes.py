@@ -58,7 +58,7 @@ def changes(execution: Execution) -> list[tuple[float, str, dict[str, object]]]:
         "{at: 1 s, by: arrives, set: {bottles: 3}}",
         "{at: 1 s, by: closes}",
         "{at: 1 s, by: opens, set: {door: closed}}",
-        "{at: 1 s, set: {door: open, bottles: 1}}",
+        "{at: 1 s, by: opens, set: {door: open, bottles: 1}}",
     ],
 )
 def test_a_change_without_a_maker_is_impossible_and_the_case_no_run(entry: str, wording: Wording) -> None:
