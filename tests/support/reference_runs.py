@@ -89,8 +89,16 @@ class Run(NamedTuple):
         return {name: value for name, value in values.items() if self.values[name] != value}
 
 
-def reference_visits(model: BehaviorModel, most: int) -> tuple[frozenset[str], bool]:
-    """The names of the obligations that runs without force visit, and whether these are all.
+class ReferenceVisits(NamedTuple):
+    """What runs without force visit: the names of obligations, whether these are all, whether a run is a livelock."""
+
+    names: frozenset[str]
+    is_complete: bool
+    has_livelock: bool
+
+
+def reference_visits(model: BehaviorModel, most: int) -> ReferenceVisits:
+    """What runs without force visit.
 
     Args:
         model: the model.
@@ -109,9 +117,9 @@ def reference_visits(model: BehaviorModel, most: int) -> tuple[frozenset[str], b
             if len(seen) > most:
                 break
         if not todo:
-            return frozenset(rules.visited), True
+            return ReferenceVisits(frozenset(rules.visited), True, rules.has_livelock)
         following = rules.successors(todo.popleft())
-    return frozenset(rules.visited), False
+    return ReferenceVisits(frozenset(rules.visited), False, rules.has_livelock)
 
 
 def impossible_changes(model: BehaviorModel, trace: Trace) -> list[str]:
@@ -128,6 +136,7 @@ class Rules:
     def __init__(self, model: BehaviorModel) -> None:
         self.model = model
         self.visited: dict[str, None] = {}
+        self.has_livelock = False
         self._planner = Planner(model)
         self._plans: dict[tuple[str, tuple[Value, ...]], tuple[str, tuple[str, ...]]] = {}
         self._goals = dict(model.goals)
@@ -147,6 +156,7 @@ class Rules:
             now, taken = todo.pop()
             transition = self._automatic(now)
             if transition is not None and taken == _MOST_AUTOMATIC:
+                self.has_livelock = True
                 if now.goal:
                     todo.append((self._ended(now, "aborted"), 0))
                 else:
