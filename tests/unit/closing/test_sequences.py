@@ -11,9 +11,11 @@ from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.walks import PathRun, RunPath
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.files import read_case, read_model, write_case
+from scbm.model import BehaviorModel
 from scbm.planning import PlanCache, Planner
 from scbm.running import Program
-from scbm.running.untimed.situations import DEADLINE, TIME_LIMIT, Happening, HappeningKind
+from scbm.running.outside_changes import TransitionMaker
+from scbm.running.untimed.situations import ANSWER, DEADLINE, TIME_LIMIT, Happening, HappeningKind
 from scbm.testing import Tester
 
 MODEL = """
@@ -146,3 +148,31 @@ def test_a_time_limit_that_is_too_short_for_an_earlier_run_is_no_fault() -> None
     assert [goal.name for goal in case.goals] == ["moved", "returned", "welded"]
     assert case.limits.time_ns is not None
     assert Tester(model).execute(case).verdict.passed
+
+
+TURNED = Happening(HappeningKind.OUTSIDE, "turn", measured=(("key", "right"),), by=TransitionMaker)
+
+
+def test_a_change_while_the_plan_for_a_later_goal_is_awaited_comes_before_the_plan() -> None:
+    model = read_model(MODEL.replace("READY", AFTER_A_GOAL))
+    moved, welded = model.goals
+    reply = Happening(HappeningKind.REPLY, "robot", succeeded=True)
+    runs = (PathRun(moved, (ANSWER, reply)), PathRun(welded, (TURNED, ANSWER)))
+    assert order_of(case_of(model, runs), model) == [
+        "plan_received",
+        "run_ended",
+        "measurement",
+        "plan_received",
+        "run_ended",
+    ]
+
+
+def order_of(case: Case, model: BehaviorModel) -> list[str]:
+    """What happens in a case: plans, ends of runs and changes from outside."""
+    kinds = [record.kind for record in Tester(model).execute(case).trace.records]
+    return [kind for kind in kinds if kind in ("plan_received", "run_ended", "measurement")]
+
+
+def case_of(model: BehaviorModel, runs: tuple[PathRun, ...]) -> Case:
+    path = RunPath(Start(dict(model.nominal_state), 0), runs)
+    return CaseScripts(model, Program(model), PlanCache(Planner(model))).case(path, "followed")

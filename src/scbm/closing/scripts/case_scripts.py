@@ -193,7 +193,8 @@ class _ScriptedRun:
                         self._answer_if_alone()
                     self._go_on(is_at_rest=False)
                     self._happen(happening, run)
-                self._answer_if_alone()
+                if answers_alone or run is self._path.runs[-1]:
+                    self._answer_if_alone()
         except _StrayedError:
             return
 
