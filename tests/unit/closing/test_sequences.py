@@ -176,3 +176,12 @@ def order_of(case: Case, model: BehaviorModel) -> list[str]:
 def case_of(model: BehaviorModel, runs: tuple[PathRun, ...]) -> Case:
     path = RunPath(Start(dict(model.nominal_state), 0), runs)
     return CaseScripts(model, Program(model), PlanCache(Planner(model))).case(path, "followed")
+
+
+def test_a_time_limit_is_chosen_again_where_plans_have_to_take_time() -> None:
+    model = read_model(MODEL.replace("READY", AFTER_AN_END).replace("guard: at == station", "guard: at == home"))
+    moved, _ = model.goals
+    runs = (PathRun(moved, (ANSWER, TIME_LIMIT)), PathRun(moved, (TURNED, ANSWER)))
+    case = case_of(model, runs)
+    assert 0 < case.planning_ns < (case.limits.time_ns or 0)
+    assert order_of(case, model)[:4] == ["plan_received", "run_ended", "measurement", "plan_received"]

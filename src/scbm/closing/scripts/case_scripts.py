@@ -244,9 +244,9 @@ class _ScriptedRun:
             raise _StrayedError
 
     def _take_time_to_plan(self) -> None:
-        """Begin again if something happens while a plan is awaited, and plans take no time."""
+        """Begin again, without a time limit, if something happens while a plan is awaited, and plans take no time."""
         if self._asked is not None and not self.planning_ns:
-            self.planning_ns, self.needs_again = _PLANNING_NS, True
+            self.ends_ns, self.planning_ns, self.needs_again = None, _PLANNING_NS, True
             raise _StrayedError
 
     @property
@@ -411,8 +411,10 @@ class _ScriptedRun:
             self._answer()
 
     def _answer(self) -> None:
-        asked = self._asked
+        asked, deadline_ns = self._asked, self._runner.deadline_ns
         assert asked is not None  # noqa: S101 - only a request for a plan is answered
+        if deadline_ns is not None and self._answer_ns > deadline_ns:  # a time limit that another run needs comes first
+            raise _StrayedError
         self._asked = None
         self._plans += 1
         answer = self._planner.plan(asked.state, asked.goal, self._plan_limits)
