@@ -420,3 +420,14 @@ def test_no_situation_of_these_certificates_can_be_left_out(name: str) -> None:
     plans = row.plans if isinstance(row, Forgotten) else PlanSet.CANONICAL
     for smaller in without_situation(certificate_of(model, row.goals, plans)):
         assert check_certificate(smaller, model) != ()
+
+
+def test_the_limit_of_plans_gives_up_the_requests_in_flight() -> None:
+    text = cell(
+        "seen: {g: plan.state == aborted && mark == 2 && arm_req_state == executing, a: [mark <- 0]}",
+        go="deadline: 5 s\n    timedout: [mark <- 2]",
+    )
+    model = read_model(text, "cell.yaml")
+    true = certificate_of(model, GoalOrder.SEQUENCE)
+    assert "automatic/seen" in map(str, true.claims)
+    assert check_certificate(true, model) == ()

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scbm.cases.trace import MeasurementReceived, PlanReceived, ReplyReceived, RunnerStarted
+from scbm.cases.trace import MeasurementReceived, ReplyReceived, RunnerStarted
 from scbm.model import Constant, Equal, Reference, Role
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _ROLES = (Role.RESOURCE, Role.OPERATION_STATE, Role.DECLARED)
 """The roles of variables that tell a moment, the most telling first; others tell none."""
 
-_EVENTS = (MeasurementReceived, PlanReceived, ReplyReceived)
+_EVENTS = (MeasurementReceived, ReplyReceived)
 """The kinds of records with which an event begins, where no time has passed since the event before."""
 
 
