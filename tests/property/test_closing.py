@@ -66,14 +66,16 @@ def impossible_cases(closing: Closing, enumeration: Enumeration, sequences: Enum
 
     Args:
         closing: the result of closing.
-        enumeration: all runs for single goals.
-        sequences: runs for goals that follow each other; if these are not all, cases with several goals are left out.
+        enumeration: all runs for single goals in which nothing changes from outside.
+        sequences: runs for goals that follow each other, with changes from outside; if these are not all, cases with
+            several goals or with such changes are left out.
     """
     found = []
     for each in closing.cases:
-        if each.case.injections or (each.case.later and not sequences.complete):
+        is_open = bool(each.case.later or each.case.environment)
+        if each.case.injections or (is_open and not sequences.complete):
             continue
-        runs = sequences if each.case.later else enumeration
+        runs = sequences if is_open else enumeration
         allowed = runs.visited
         if any(ended.end in LIMIT_ENDS for ended in ends_of(each.execution.trace.records)):
             allowed |= runs.cut_off

@@ -47,7 +47,7 @@ TIMES_NS = st.one_of(
 )
 SHARES = st.integers(0, 1000).map(lambda thousandths: Fraction(thousandths, 1000))
 DIGESTS = matching("[0-9a-f]{64}")
-ENDS = [end for end in End if end is not End.LOST]
+ENDS = [end for end in End if end not in (End.LOST, End.IMPOSSIBLE)]
 """A run that was lost did not end."""
 
 DELIVERIES = st.lists(TIMES_NS, max_size=3).map(tuple)

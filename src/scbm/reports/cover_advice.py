@@ -255,7 +255,9 @@ class CoverAdvisor:
 
     def _queued(self, operation: Operation) -> CoverAdvice:
         """Return why no plan has an operation: nothing on the plans reads what it changes, or another goal would."""
-        changed = dict.fromkeys(action.target for action in (*operation.pre.a, *operation.post.a))
+        requests = dict.fromkeys(name for each in self._model.resources for name in (each.trigger, each.request_state))
+        assigned = dict.fromkeys(action.target for action in (*operation.pre.a, *operation.post.a))
+        changed = {name: None for name in assigned if name not in requests}
         on_plans = [o for o in self._model.operations if self._visits[Obligation(o.name, Aspect.QUEUED)]]
         guards = [t.g for each in on_plans for t in (each.pre, each.post)]
         read = (name for part in (*guards, *(goal for _, goal in self._model.goals)) for name in part.reads())
@@ -288,7 +290,7 @@ class CoverAdvisor:
         used = dict.fromkeys(resource.request_state for resource in self._used(operation))
         for transition in _failing(operation, self._model):
             waited = [name for name in transition.running_guard.reads() if name in self._resources]
-            is_own = not used or not waited or any(name in used for name in waited)
+            is_own = not waited or any(name in used for name in waited)
             current = And((transition.running_guard, Equal(Reference(CURRENT_NAME), Constant(operation.name))))
             if is_own and is_satisfiable(current, self._model.running_space) is not False:
                 yield transition.running_guard

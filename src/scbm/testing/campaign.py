@@ -159,6 +159,7 @@ class Campaign:
 
 
 FORMAT_VERSION = 4
+"""The version of the format of `campaign_json`."""
 
 
 def campaign_json(

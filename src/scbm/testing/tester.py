@@ -42,7 +42,17 @@ from scbm.testing.campaign import CaseResult
 from scbm.testing.random_streams import draw_plans, environment_stream, message_stream, reaction_stream
 from scbm.testing.recorded_results import RecordCheck, check_record, goals_to_record
 from scbm.testing.requirement_monitors import find_violations
-from scbm.testing.verdicts import ExcuseRules, Outcomes, Verdict, find_unused, impossible, judge, lost
+from scbm.testing.verdicts import (
+    ExcuseRules,
+    Outcomes,
+    Verdict,
+    find_unused,
+    impossible,
+    judge,
+    lost,
+    never_came,
+    silent_outside,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -313,7 +323,7 @@ class Tester:
         record = RecordCheck() if log else check_record(case, trace, self.model, self.obligations)
         if record.failures:
             verdict = replace(verdict, failures=(*verdict.failures, *record.failures))
-        unused = (*find_unused(case, run.records), *record.unused)
+        unused = (*find_unused(case, run.records), *map(never_came, run.missing), *record.unused)
         forced = 0 if forced_by is None else visited & ~visited_by(run.records[:forced_by], self.obligations)
         return Execution(
             case,
@@ -329,7 +339,11 @@ class Tester:
             forced_by,
             run.moves,
             self.model,
-            (*run.off_rates, *(f"{change}; it is left out" for change in run.left_out)),
+            (
+                *run.off_rates,
+                *(f"{change}; it is left out" for change in run.left_out),
+                *silent_outside(case, outcomes, verdict, self._excuses),
+            ),
             self._excluded(log, run.records),
         )
 

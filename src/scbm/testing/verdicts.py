@@ -23,6 +23,7 @@ from scbm.cases.trace import (
     RequestSent,
     ResourceChanged,
     RunEnded,
+    assignments,
     ends_of,
     ranges_of_goals,
     run_end,
@@ -38,7 +39,7 @@ from scbm.testing.waiting_runs import WAITING_ENDS, OutsideHelp, WaitingRuns
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from scbm.cases import Case, CaseGoal, Expectations, Reaction
+    from scbm.cases import Case, CaseGoal, EnvironmentChange, Expectations, Reaction
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.running.simulation.impossible_changes import ImpossibleChange
@@ -501,10 +502,10 @@ class GoalRun:
             ended = self.end.replace("_", " ")
             why = "" if self._is_disturbed(case) else ", and no fault was injected"
             what = f"{self.words} was not reached ({ended}){why}{_but_for_real(case, self.run)}"
-            message = f"{what}{self._not_acted(case, rules)}"
+            message = f"{what}{self.not_acted(case, rules)}"
         return Failure(FailureKind.NOT_REACHED, self.end.value, message)
 
-    def _not_acted(self, case: Case, rules: ExcuseRules) -> str:
+    def not_acted(self, case: Case, rules: ExcuseRules) -> str:
         """Return that nothing acts from outside in a case without an environment, if a wait could have ended so."""
         if case.environment is not None or case.origin is not None or self.end not in WAITING_ENDS:
             return ""
@@ -606,6 +607,23 @@ def find_unused(case: Case, records: Sequence[Record]) -> tuple[str, ...]:
     if not (case.injections or case.outcomes or any(case.network.windows())):
         return ()
     return (*_injections(case, records), *_outcomes(case, records), *_faults(case, records))
+
+
+def never_came(change: EnvironmentChange) -> str:
+    """Return that the moment of a change from outside never came, as a sentence."""
+    what = f"the change by {change.by}" if change.by else f"the change {assignments(change.assign or ())}"
+    if change.at_ns is not None:
+        return f"{what} at {format_moment(change.at_ns)} never came: the run had ended"
+    due = f"{format_duration(change.after_ns)} after" if change.after_ns else "as soon as"
+    return f"{what} never came: it is due {due} {change.when} holds, and the run had ended"
+
+
+def silent_outside(case: Case, run: Outcomes, verdict: Verdict, rules: ExcuseRules) -> Iterator[str]:
+    """Yield for each missed goal that fails no case that something outside could have acted, and does not."""
+    for goal in goal_runs(case, run):
+        clause = goal.not_acted(case, rules) if goal.is_missed else ""
+        if clause and not any(clause in failure.message for failure in verdict.failures):
+            yield f"{goal.words} was not reached ({goal.end.replace('_', ' ')}){clause}"
 
 
 def _injections(case: Case, records: Sequence[Record]) -> Iterator[str]:

@@ -83,6 +83,7 @@ def advice(name: str, *changes: tuple[str, str], count: int = 20, moves_inputs: 
         ("automatic/greet", CoverMeans.NOT_MOVED),
         ("automatic/shine", CoverMeans.NEVER_HELD),
         ("inspect/queued", CoverMeans.UNREAD),
+        ("inspect/failed", CoverMeans.NO_WAY),
     ],
 )
 def test_chance_is_named_only_where_it_can_help(obligation: str, means: CoverMeans) -> None:
@@ -105,6 +106,15 @@ def test_what_no_plan_reads_is_named_with_the_operations_that_could_read_it() ->
     found = advice("inspect/queued")
     assert found.missing == "inspected"
     assert "go, dispense" in found.states
+
+
+def test_a_request_to_a_resource_of_the_plans_is_no_change_that_they_read() -> None:
+    asks = (
+        "inspect: {pre: {g: inspected == false}, post: {g: true, a: [inspected <- true]}}",
+        "inspect: {request: arm, deadline: 9 s, guard: inspected == false, effects: [inspected <- true]}",
+    )
+    found = advice("inspect/queued", asks)
+    assert (found.means, found.missing) == (CoverMeans.UNREAD, "inspected")
 
 
 def test_moved_inputs_are_left_to_chance() -> None:

@@ -229,8 +229,8 @@ def bounded(tester: Tester, case: Case) -> Execution | None:
 def without_leftovers(execution: Execution, tester: Tester) -> Execution:
     """Return the run without the parts of its case that had no effect, as far as it visits the same."""
     case = execution.case
-    for part in ("injections", "outcomes"):
-        for clause in getattr(case, part):
+    for part in ("injections", "outcomes", "environment"):
+        for clause in getattr(case, part) or ():
             if not execution.unused:
                 return execution
             rest: dict[str, Any] = {

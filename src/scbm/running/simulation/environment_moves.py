@@ -77,6 +77,10 @@ class EnvironmentMoves(Protocol):
         """Return all changes of a case that has ended; `is_waiting`: a run waited until its limit for another one."""
         ...
 
+    def missing(self) -> tuple[EnvironmentChange, ...]:
+        """Return the changes of the case whose moments have not come."""
+        ...
+
 
 def parts_of(change: EnvironmentChange, runner: Runner) -> list[Changes]:
     """Return the changes that an entry of a case stands for now, in order.
@@ -108,6 +112,7 @@ class RecordedMoves:
         self._when = [None if change.when is None else program.test(change.when) for change in self._changes]
         self._tried = [0] if self._is_tried(0) else []
         self._scheduled = 0
+        self._come: list[int] = []
 
     def _is_tried(self, number: int) -> bool:
         """Return whether a change waits for its `when`, once the change before it has acted."""
@@ -150,6 +155,7 @@ class RecordedMoves:
     ) -> tuple[EnvironmentChange | None, ClockTick | None]:
         """Return the change of the case."""
         self._scheduled -= 1
+        self._come.append(tick.clock)
         if self._is_tried(tick.clock + 1):
             self._tried.append(tick.clock + 1)
         return self._changes[tick.clock], None
@@ -157,6 +163,10 @@ class RecordedMoves:
     def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:  # noqa: ARG002 - as the protocol says
         """Return the changes of the case."""
         return self._changes
+
+    def missing(self) -> tuple[EnvironmentChange, ...]:
+        """Return those whose moments have not come."""
+        return tuple(change for number, change in enumerate(self._changes) if number not in self._come)
 
 
 @dataclass(slots=True)
@@ -295,6 +305,10 @@ class DrawnMoves:
     def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:
         """Return the changes; for a run that waited until its limit also the next one, for which it waited."""
         return (*self._taken, *(self._next() if is_waiting else ()))
+
+    def missing(self) -> tuple[EnvironmentChange, ...]:
+        """Return none: what is drawn comes."""
+        return ()
 
     def _next(self) -> Iterator[EnvironmentChange]:
         running = [clock for clock in self._clocks if clock.due_ns is not None]

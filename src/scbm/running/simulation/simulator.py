@@ -63,6 +63,7 @@ class Simulated:
         impossible: the change of the case that no maker could make; then `end` is `impossible`, and it is no run.
         left_out: the changes of the case that no maker could make on a mutant.
         off_rates: a sentence for each change that came at another time than the rates of the model allow.
+        missing: the changes of the case whose moments did not come before the end.
     """
 
     end: End
@@ -72,6 +73,7 @@ class Simulated:
     impossible: ImpossibleChange | None = None
     left_out: tuple[ImpossibleChange, ...] = ()
     off_rates: tuple[str, ...] = ()
+    missing: tuple[EnvironmentChange, ...] = ()
 
 
 class TooLongError(Exception):
@@ -256,7 +258,10 @@ class _SimulationRun:
         moves = None if self._environment is None else self._environment.taken(is_waiting=self._waited_to_limit)
         off_rates = () if self._rates is None else tuple(self._rates.left)
         left_out = tuple(self._left_out)
-        return Simulated(self._end, self._now_ns, tuple(self._records), moves, impossible, left_out, off_rates)
+        missing = () if self._environment is None else self._environment.missing()
+        missing = () if self._end is End.TIME_LIMIT else missing  # what may still come makes a run wait
+        records = tuple(self._records)
+        return Simulated(self._end, self._now_ns, records, moves, impossible, left_out, off_rates, missing)
 
     def _handle(self, event: Event) -> None:
         """Let the runner handle an event, and carry out what it wants."""

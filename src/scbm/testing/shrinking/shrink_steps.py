@@ -51,6 +51,12 @@ def without_changes(case: Case, _: BehaviorModel) -> Iterator[Case]:
         yield replace(case, environment=kept_changes)
 
 
+def _without_planning_time(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """Let plans take no time."""
+    if case.planning_ns:
+        yield replace(case, planning_ns=0)
+
+
 def _fewer(parts: tuple[_Part, ...]) -> Iterator[tuple[_Part, ...]]:
     """Yield the parts without a slice of them, long slices first."""
     length = len(parts)
@@ -220,6 +226,7 @@ def _replaced(parts: tuple[_Part, ...], index: int, part: _Part) -> tuple[_Part,
 STEPS: tuple[Step, ...] = (
     _computed_changes,
     _plainest,
+    _without_planning_time,
     _fewer_goals,
     _without_parts,
     _plainer_state,

@@ -1,4 +1,4 @@
-"""Changes of a case that belong to events of its run instead of times."""
+"""Changes of a case whose moments belong to events of its run, or do not come."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from dataclasses import replace
 import pytest
 
 from scbm.cases import Case
-from scbm.cases.trace import MeasurementReceived
+from scbm.cases.trace import End, MeasurementReceived
 from scbm.files import read_case, read_model
 from scbm.testing import Execution, Tester
 from scbm.testing.shrinking.relative_times import with_relative_times
+from scbm.testing.shrinking.shrinker import Shrinker
+from support.wording import Wording
 
 MODEL = read_model(
     """
@@ -78,6 +80,40 @@ def test_a_case_whose_changes_did_not_all_come_keeps_its_times() -> None:
     assert with_relative_times(plain, run(plain).trace.records, MODEL) == plain
 
 
-def test_a_change_keeps_its_time_where_nothing_tells_its_moment() -> None:
+def test_a_change_keeps_its_time_where_no_event_precedes_it() -> None:
     case = case_of("{when: door == closed, by: opens}", "{at: 2 s, by: closes}")
     assert with_relative_times(case, run(case).trace.records, MODEL) == case
+
+
+@pytest.mark.parametrize(
+    ("change", "count"),
+    [
+        ("{at: 50 s, by: opens}", 1),
+        ("{when: light == 2, by: opens}", 1),
+        ("{when: light == 2, after: 2 s, set: {light: 1}}", 1),
+        ("{at: 1 s, set: {light: 1}}", 0),
+    ],
+)
+def test_a_change_whose_moment_does_not_come_is_reported(change: str, count: int, wording: Wording) -> None:
+    unused = run(case_of(change)).unused
+    assert len(unused) == count
+    wording(unused)
+
+
+def test_a_change_that_a_run_awaits_until_its_limit_has_an_effect() -> None:
+    case = case_of("{at: 1 s, by: opens}", "{at: 50 s, by: closes}", more="limits: {time: 9 s}\n")
+    execution = run(case)
+    assert (execution.verdict.end, execution.unused) == (End.TIME_LIMIT, ())
+
+
+def test_an_excused_wait_says_what_could_act(wording: Wording) -> None:
+    execution = run(read_case("case: x\ngoal: formed\ninitial: {door: open, light: 1}\n", MODEL))
+    assert (execution.verdict.end, execution.verdict.failures) == (End.UNSOLVABLE, ())
+    wording(execution.notes)
+
+
+def test_the_smallest_case_has_no_time_for_plans_that_it_does_not_need() -> None:
+    rule = "requirements: {unformed: never formed == true}\nplanning: 1 s\n"
+    execution = run(read_case(f"case: x\ngoal: formed\n{rule}", MODEL))
+    shrunk = Shrinker(Tester(MODEL)).shrink(execution, execution.verdict.failures[0])
+    assert shrunk.execution.case.planning_ns == 0
