@@ -16,7 +16,7 @@ from msgspec import Meta
 
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
-VERSION = 4
+VERSION = 5
 """Incremented with every change that older nodes cannot parse."""
 
 _MAX_CHARACTERS = 8_000_000
@@ -73,6 +73,7 @@ class Prepare:
         options: the options of the runner, by name.
         time_scale: a fraction: seconds of the run for each second of the wall clock.
         is_relayed: whether the tester decides how messages of resources travel.
+        tester: the process and machine of the tester, for people.
         real: the resources that real drivers carry out; the run does not wait for nodes that simulate them too.
     """
 
@@ -83,6 +84,7 @@ class Prepare:
     options: dict[str, Any]
     time_scale: str
     is_relayed: bool
+    tester: str
     real: tuple[str, ...] = ()
 
 
@@ -140,6 +142,17 @@ class Refused:
     run: str
     node: str
     why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Busy:
+    """A node serves another tester, with this name for people, since `for_ns`."""
+
+    kind: ClassVar[str] = "busy"
+    run: str
+    node: str
+    tester: str
+    for_ns: Count
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,6 +250,7 @@ Message: TypeAlias = (
     | Prepared
     | Forgot
     | Refused
+    | Busy
     | Stepped
     | Ended
     | Answering

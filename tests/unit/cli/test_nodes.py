@@ -268,6 +268,16 @@ def test_a_wait_is_for_nodes(scbm: Callable[..., Any], model: Path, wording: Wor
         wording(ran.err)
 
 
+@pytest.mark.parametrize("role", ["controller", "resources"])
+@pytest.mark.parametrize("time", ["soon", "0 s"])
+def test_a_tester_needs_time_to_start_a_run(
+    scbm: Callable[..., Any], model: Path, role: str, time: str, wording: Wording
+) -> None:
+    ran = scbm("node", role, model, "--start-within", time)
+    assert (ran.code, ran.out) == (2, "")
+    wording(ran.err)
+
+
 def test_without_a_terminal_each_case_has_a_line_once_a_campaign_takes_long(wording: Wording) -> None:
     model = read_model(SCAN_CELL)
     tester, shown = Tester(model), list[str]()

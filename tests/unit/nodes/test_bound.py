@@ -40,7 +40,7 @@ def open_driver(bus: Bus) -> list[str]:
 async def begin_run(node: ControllerNode, cases: Publisher, loop: VirtualLoop, more: str = "") -> None:
     """A run that goes on until the driver replies."""
     case = write_case(read_case(f"case: scans\ngoal: scanned\n{more}", MODEL), MODEL, None)
-    prepare = Prepare("run_1", (node.membership.own.node,), case, asdict(RunnerOptions()), "1", False)
+    prepare = Prepare("run_1", (node.membership.own.node,), case, asdict(RunnerOptions()), "1", False, "process 1")
     messages: list[Message] = [prepare, Go("run_1")]
     for message in messages:
         cases.publish(encode(message))

@@ -23,6 +23,7 @@ from scbm.nodes.event_json import Note as NoteEvent
 from scbm.nodes.event_json import event_json, read_event
 from scbm.nodes.node_messages import (
     Abandon,
+    Busy,
     Ended,
     Forgot,
     Go,
@@ -107,7 +108,7 @@ class Harness:
     def prepare(self, run: str = "run_1", case: Case = CASE, **other: Any) -> None:  # noqa: ANN401 - fields
         nodes = (self.node.membership.own.node,)
         text = write_case(case, self.model, None)
-        self.say(replace(Prepare(run, nodes, text, asdict(RunnerOptions()), "1", False), **other))
+        self.say(replace(Prepare(run, nodes, text, asdict(RunnerOptions()), "1", False, "process 1"), **other))
 
     def reply(self, request: int, run: str = "run_1", *, succeeded: bool = True) -> None:
         self.replies.publish(json.dumps({"id": f"{run}-{request}", "succeeded": succeeded}))
@@ -236,6 +237,7 @@ def test_a_case_that_cannot_be_read_is_refused_with_a_reason(wrong: dict[str, An
             asdict(RunnerOptions()),
             "1",
             False,
+            "process 1",
         )
         harness.say(replace(message, **wrong))
         harness.say(Go("run_1"))
@@ -457,9 +459,7 @@ def test_another_tester_cannot_take_a_run_away_nor_end_it_by_leaving() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         await going(harness, loop)
         other = harness.stage.join("tester")
-        text = write_case(CASE, MODEL, None)
-        nodes = (harness.node.membership.own.node,)
-        other.publisher(TOPICS.case).publish(encode(Prepare("run_2", nodes, text, asdict(RunnerOptions()), "1", False)))
+        prepare_as(other, harness, "run_2")
         await loop.settle()
         await other.close()
         await loop.settle()
@@ -467,8 +467,57 @@ def test_another_tester_cannot_take_a_run_away_nor_end_it_by_leaving() -> None:
         harness.reply(1)
         await loop.settle()
         assert harness.ended() == ["run_1"]
-        assert len(harness.others()) == 1
+        assert [type(message) for message in harness.others()] == [Prepared, Busy]
         assert not any(isinstance(event, InjectionGiven) for event in harness.events())
+
+    play(scene)
+
+
+def prepare_as(bus: Bus, harness: Harness, run: str) -> None:
+    """Prepare a run as another tester."""
+    text, nodes = write_case(CASE, MODEL, None), (harness.node.membership.own.node,)
+    message = Prepare(run, nodes, text, asdict(RunnerOptions()), "1", False, "process 2")
+    bus.publisher(TOPICS.case).publish(encode(message))
+
+
+def test_a_tester_that_does_not_start_its_run_is_dropped_and_another_one_is_served(wording: Wording) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        node = harness.node.membership.own.node
+        silent = harness.stage.join("silent")
+        prepare_as(silent, harness, "run_0")
+        await loop.settle(7 * SECOND_NS)
+        harness.prepare()
+        await loop.settle(4 * SECOND_NS)
+        busy = harness.messages[-1]
+        assert isinstance(busy, Busy)
+        assert (busy.run, busy.node, busy.tester, busy.for_ns // SECOND_NS) == ("run_1", node, "process 2", 7)
+        prepare_as(silent, harness, "run_0")
+        await loop.settle()
+        assert isinstance(harness.messages[-1], Refused)
+        await going(harness, loop, time_scale="1/100")
+        await loop.settle(11 * SECOND_NS)
+        harness.reply(1)
+        await loop.settle()
+        assert harness.ended() == ["run_1"]
+        wording(harness.stage.output)
+
+    play(scene)
+
+
+def test_a_tester_that_left_or_gave_up_its_run_makes_way_for_others() -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        node = harness.node.membership.own.node
+        other = harness.stage.join("tester")
+        prepare_as(other, harness, "run_2")
+        await loop.settle()
+        await other.close()
+        await loop.settle()
+        harness.prepare()
+        await loop.settle()
+        harness.say(Abandon("run_1"))
+        prepare_as(harness.stage.join("tester"), harness, "run_3")
+        await loop.settle()
+        assert harness.messages == [Prepared(run, node) for run in ("run_2", "run_1", "run_3")]
 
     play(scene)
 

@@ -17,12 +17,15 @@ from scbm.nodes.node_messages import (
     Abandon,
     Answering,
     Become,
+    Busy,
     Fate,
     Forgot,
+    Go,
     Message,
     Prepare,
     Prepared,
     React,
+    Refused,
     RestartResource,
     decode,
     encode,
@@ -86,7 +89,7 @@ class Harness:
         self, run: str = "run_1", *, relayed: bool = False, scale: str = "1", nodes: tuple[str, ...] = ()
     ) -> None:
         nodes = nodes or (self.node.membership.own.node,)
-        self.say(Prepare(run, nodes, "", {}, scale, relayed))
+        self.say(Prepare(run, nodes, "", {}, scale, relayed, "process 1"))
 
     def react(  # noqa: PLR0913 - the fields of the message
         self,
@@ -601,6 +604,53 @@ def test_conditions_do_not_outlive_a_run() -> None:
     play(scene)
 
 
+# other testers
+
+
+def test_a_second_tester_gets_busy_until_the_first_is_dropped(wording: Wording) -> None:
+    async def scene(harness: Harness) -> None:
+        node = harness.node.membership.own.node
+        harness.prepare()
+        await harness.after(7)
+        silent, harness.cases = harness.cases, harness.stage.join("other").publisher(TOPICS.case)
+        harness.prepare("run_2")
+        await harness.after(4)
+        harness.prepare("run_2")
+        await harness.after(1)
+        harness.cases = silent
+        harness.prepare()
+        await harness.after(1)
+        prepared, busy, also_prepared, dropped = harness.messages
+        assert (prepared, also_prepared) == (Prepared("run_1", node), Prepared("run_2", node))
+        assert isinstance(busy, Busy)
+        assert (busy.run, busy.tester, round(busy.for_ns / SECOND_NS)) == ("run_2", "process 1", 7)
+        assert isinstance(dropped, Refused)
+        assert dropped.run == "run_1"
+        wording([dropped.why, *harness.stage.output])
+
+    play(scene)
+
+
+def test_a_tester_that_started_its_run_is_served_for_as_long_as_that_takes() -> None:
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.say(Go("run_1"))
+        await harness.after(20)
+        harness.react(1)
+        harness.send(1)
+        assert await harness.after(2) == [("run_1-1", True)]
+        other = harness.stage.join("other").publisher(TOPICS.case)
+        other.publish(encode(Prepare("run_2", (harness.node.membership.own.node,), "", {}, "1", False, "process 2")))
+        await harness.after(1)
+        assert [type(message) for message in harness.messages[1:]] == [Busy]
+        harness.say(Abandon("run_1"))
+        other.publish(encode(Prepare("run_2", (harness.node.membership.own.node,), "", {}, "1", False, "process 2")))
+        await harness.after(1)
+        assert harness.messages[-1] == Prepared("run_2", harness.node.membership.own.node)
+
+    play(scene)
+
+
 # being ready
 
 
@@ -612,7 +662,7 @@ def test_it_does_not_wait_for_a_controller_where_the_resource_is_real() -> None:
         await harness.loop.settle()
         assert harness.messages == []
         nodes = (harness.node.membership.own.node,)
-        harness.say(Prepare("run_1", nodes, "", {}, "1", is_relayed=False, real=("scan",)))
+        harness.say(Prepare("run_1", nodes, "", {}, "1", is_relayed=False, tester="process 1", real=("scan",)))
         await harness.loop.settle()
         assert harness.messages == [Prepared("run_1", harness.node.membership.own.node)]
 

@@ -20,6 +20,7 @@ from scbm.nodes.event_log import replay
 from scbm.nodes.node_messages import (
     Abandon,
     Answering,
+    Busy,
     Ended,
     Forgot,
     Go,
@@ -336,6 +337,41 @@ def test_a_node_that_refuses_loses_the_case(wording: Wording) -> None:
         wording(await why_lost(task))
         await loop.settle()
         assert harness.sent(Abandon) == [Abandon(controller.run)]
+
+    play(scene)
+
+
+def test_a_node_that_serves_another_tester_is_asked_until_it_drops_that_one(wording: Wording) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources = harness.cell()
+        resources.is_ready = False
+        await loop.settle()
+        task = harness.begin()
+        await loop.settle()
+        for seconds in range(12):
+            resources.say(Busy(controller.run, resources.status.node, "process 7 on a", seconds * SECOND_NS))
+            await loop.settle(SECOND_NS)
+        assert not task.done()
+        resources.is_ready = True
+        await loop.settle(SECOND_NS)
+        assert harness.sent(Go) == [Go(controller.run)]
+        task.cancel()
+        wording(harness.stage.complaints)
+
+    play(scene)
+
+
+def test_a_node_that_serves_another_tester_for_long_loses_the_case(wording: Wording) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, _ = harness.cell()
+        controller.is_ready = False
+        await loop.settle()
+        task = harness.begin()
+        await loop.settle()
+        controller.say(Busy(controller.run, controller.status.node, "process 7 on a", 12 * SECOND_NS))
+        begun_ns = loop.now_ns()
+        wording(await why_lost(task))
+        assert round((loop.now_ns() - begun_ns) / SECOND_NS) == 15
 
     play(scene)
 
@@ -746,8 +782,7 @@ def test_a_node_that_joins_late_is_prepared_and_sent_what_holds() -> None:
         await loop.settle(SECOND_NS // 4)
         assert [prepare.run for prepare in late.prepared] == [controller.run]
         kinds = [message.kind for message in late.heard if not isinstance(message, Prepare | Note)]
-        assert kinds == ["restart", "react"]
-        assert harness.sent(Go) == [Go(controller.run)]
+        assert kinds == ["go", "restart", "react"]
         task.cancel()
 
     play(scene)
@@ -760,7 +795,7 @@ def test_a_node_that_has_forgotten_the_run_is_prepared_again_and_sent_what_holds
         resources.heard.clear()
         resources.say(Forgot(controller.run, resources.status.node))
         await loop.settle(SECOND_NS // 4)
-        assert [message.kind for message in resources.heard] == ["prepare", "restart", "react"]
+        assert [message.kind for message in resources.heard] == ["prepare", "go", "restart", "react"]
         assert len(resources.prepared) == 2
         assert len(controller.prepared) == 1
         task.cancel()

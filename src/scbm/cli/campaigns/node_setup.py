@@ -45,6 +45,7 @@ def serve_node(
     *,
     transport: str,
     domain: int,
+    start_within_s: float,
     while_stdin: bool,
     open_drivers: Callable[[], Bus] | None = None,
 ) -> int:
@@ -56,9 +57,8 @@ def serve_node(
         sys.stdout.flush()
 
     def with_context(drivers: Bus | None, bus: Bus) -> ServedNode:
-        return make(
-            NodeContext(bus, model, new_status(role, model, digest_of(model), resources), warn, print_line), drivers
-        )
+        status = new_status(role, model, digest_of(model), resources)
+        return make(NodeContext(bus, model, status, warn, print_line, start_within_s=start_within_s), drivers)
 
     async def serve_both(join: Join) -> bool:
         async def open_bus() -> Bus:

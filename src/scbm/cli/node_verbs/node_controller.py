@@ -9,11 +9,13 @@ from scbm.cli.options.node_options import (
     NodeTransport,
     Reached,
     Real,
+    StartWithin,
     Via,
     WhileStdin,
     load_bound,
     read_domain,
     read_real,
+    read_start_within,
     read_via,
 )
 from scbm.cli.options.planner_options import (
@@ -45,6 +47,7 @@ def command(
     max_time: MaxTime = None,
     max_memory: MaxMemory = None,
     plans: Plans = None,
+    start_within: StartWithin = "10 s",
     while_stdin: WhileStdin = False,
 ) -> int:
     """Run the controller of a cell: it runs what a tester sends, until you stop it."""
@@ -65,6 +68,7 @@ def command(
         make,
         transport=transport or DEFAULT_TRANSPORT,
         domain=in_domain,
+        start_within_s=read_start_within(start_within),
         while_stdin=while_stdin,
         open_drivers=open_drivers,
     )

@@ -7,7 +7,14 @@ import typer
 from scbm.cases import Origin
 from scbm.cli.campaigns.node_setup import serve_node
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.node_options import Domain, NodeTransport, WhileStdin, read_domain
+from scbm.cli.options.node_options import (
+    Domain,
+    NodeTransport,
+    StartWithin,
+    WhileStdin,
+    read_domain,
+    read_start_within,
+)
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.verb_options import Model
 from scbm.files import load_model, suggestion
@@ -30,6 +37,7 @@ def command(
     ] = 0,
     transport: NodeTransport = None,
     domain: Domain = None,
+    start_within: StartWithin = "10 s",
     while_stdin: WhileStdin = False,
 ) -> int:
     """Simulate resources of a cell: they answer requests, until you stop them."""
@@ -46,6 +54,7 @@ def command(
         make,
         transport=transport or DEFAULT_TRANSPORT,
         domain=read_domain(domain),
+        start_within_s=read_start_within(start_within),
         while_stdin=while_stdin,
     )
 

@@ -83,6 +83,12 @@ Reached = Annotated[
         "--via", help="Reach drivers by plain DDS, or by the rclpy of an installation of ROS 2. [dds]"
     ),
 ]
+StartWithin = Annotated[
+    str,
+    HelpSection.NODES.option(
+        "--start-within", metavar="DURATION", help="Drop a tester that prepares a run and starts none in this time."
+    ),
+]
 WhileStdin = Annotated[
     bool,
     HelpSection.NODES.option("--while-stdin", help="End when the standard input ends: for programs that start nodes."),
@@ -168,11 +174,23 @@ def refuse_faster(time_scale: str | None, real: Sequence[str]) -> None:
 
 def read_wait(text: str) -> float:
     """Return how many seconds to wait for nodes. Raise `InputError`."""
-    wait_ns = parse_duration(text)
-    if wait_ns is None:
+    return _read_seconds("--wait", text)
+
+
+def read_start_within(text: str) -> float:
+    """Return after how many seconds a tester that starts no run is dropped. Raise `InputError`."""
+    seconds = _read_seconds("--start-within", text)
+    if not seconds:
+        raise option_error("--start-within", "no tester starts a run in no time", "write a longer time: `10 s`", text)
+    return seconds
+
+
+def _read_seconds(option: str, text: str) -> float:
+    duration_ns = parse_duration(text)
+    if duration_ns is None:
         remedy = "write a number and a unit: `10 s`"
-        raise option_error("--wait", f"`{text}` is not a duration", remedy, text, Slug.BAD_DURATION)
-    return wait_ns / 1e9
+        raise option_error(option, f"`{text}` is not a duration", remedy, text, Slug.BAD_DURATION)
+    return duration_ns / 1e9
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from scbm.nodes.buses.bus import Bus, Received
 
 
+START_WITHIN_S = 10.0
+"""Longer than a tester waits for the nodes that prepare its run."""
+
+
 @dataclass(frozen=True, slots=True)
 class NodeContext:
     """The arguments of every node of a cell.
@@ -33,6 +37,8 @@ class NodeContext:
         warn: gets a sentence about each message that cannot be taken.
         report: gets a line about each change of the node, for its log.
         now_ns: the clock that the bus stamps messages by, and that the event loop goes by.
+        start_within_s: the time after which controller and resources drop a tester that prepared a run and has not
+            started it.
     """
 
     bus: Bus
@@ -41,6 +47,7 @@ class NodeContext:
     warn: Callable[[str], None]
     report: Callable[[str], None] = lambda _: None
     now_ns: Callable[[], int] = monotonic_ns
+    start_within_s: float = START_WITHIN_S
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,7 @@ from scbm.nodes.links.measured_topics import ExclusionWarnings, Refusals
 from scbm.nodes.links.topic_link import TopicLink, id_text
 from scbm.nodes.node_messages import (
     Abandon,
+    Busy,
     Ended,
     Forgot,
     Go,
@@ -42,6 +43,7 @@ from scbm.nodes.node_messages import (
 )
 from scbm.nodes.node_messages import Note as NoteMessage
 from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, Membership
+from scbm.nodes.roles.served_tester import ServedTester
 from scbm.nodes.roles.wall_clock import Clock, Driver
 from scbm.planning import (
     DrawnPlans,
@@ -141,7 +143,6 @@ class _ControlledRun:
     case: Case
     options: RunnerOptions
     scale: Fraction
-    tester: int
     drawn_plans: DrawnPlans | None = None
     driver: Driver | None = None
     steps: int = 0
@@ -182,6 +183,7 @@ class ControllerNode:
         self._thread = Background("planner")
         self._loop = asyncio.get_running_loop()
         self._run: _ControlledRun | None = None
+        self._tester = ServedTester(context, self._give_up)
         self._is_leaving = False
         self._runs: deque[str] = deque(maxlen=_MAX_RUNS)
         self._records: list[Record] = []
@@ -276,8 +278,9 @@ class ControllerNode:
         if run is not None and run.id == message.run:
             self._be_ready(run)
             return
-        if run is not None and run.tester != tester:
-            return  # that one is still there: one of the two leaves
+        if (refusal := self._tester.refusal(message, tester)) is not None:
+            self._say(refusal)
+            return
         self._give_up()
         try:
             case = read_case(message.case, self._model)
@@ -286,7 +289,8 @@ class ControllerNode:
         except (InputError, ValueError) as error:
             self._say(Refused(message.run, self.membership.own.node, f"the case cannot be read: {error}"))
             return
-        self._run = _ControlledRun(message.run, case, options, scale, tester, self._drawn_plans(case))
+        self._run = _ControlledRun(message.run, case, options, scale, self._drawn_plans(case))
+        self._tester.hold(message, tester)
         self._records = []
         self._runs.append(message.run)
         self._be_ready(self._run)
@@ -304,6 +308,7 @@ class ControllerNode:
             self._say(Prepared(run.id, self.membership.own.node))
 
     def _go(self, run: _ControlledRun, stamp_ns: int) -> None:
+        self._tester.start()
         runner = CaseRunner(self._program, run.case, run.options)
         run.driver = driver = Driver(runner, Clock(stamp_ns, run.scale), self)
         for injection in run.case.injections:
@@ -326,7 +331,7 @@ class ControllerNode:
         driver.give(note, stamp_ns)
 
     def _lose_tester(self, source: int) -> None:
-        if self._run is not None and self._run.tester == source:
+        if self._run is not None and self._tester.source == source:
             self._report("the tester is gone, and its run is given up")
             self._give_up()
 
@@ -340,9 +345,13 @@ class ControllerNode:
             run.driver.close()
         if self._planning is not None:
             self._planning.cancel()  # the next run does not wait for a plan that has not been begun
-        self._run = None
+        self._leave_run()
 
-    def _say(self, message: Prepared | Forgot | Refused | Stepped | Ended) -> None:
+    def _leave_run(self) -> None:
+        self._run = None
+        self._tester.release()
+
+    def _say(self, message: Prepared | Forgot | Refused | Busy | Stepped | Ended) -> None:
         with self._warning(f"a `{message.kind}` for the tester is lost"):
             self._to_tester.publish(encode(message))
 
@@ -420,7 +429,7 @@ class ControllerNode:
         applied = [record.injection for record in self._records if isinstance(record, InjectionApplied)]
         how = GIVEN_UP if GIVEN_UP in applied else end.end.replace("_", " ")
         self._report(f"{run.case.name}: {how} after {self._records[-1].at_ns / 1e9:.3f} s")
-        self._run = None
+        self._leave_run()
 
     # callbacks of links
 

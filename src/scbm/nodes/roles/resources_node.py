@@ -15,12 +15,15 @@ from scbm.nodes.node_messages import (
     Abandon,
     Answering,
     Become,
+    Busy,
     Fate,
     Forgot,
+    Go,
     NotAMessageError,
     Prepare,
     Prepared,
     React,
+    Refused,
     RestartResource,
     decode,
     encode,
@@ -28,6 +31,7 @@ from scbm.nodes.node_messages import (
     read_object,
 )
 from scbm.nodes.roles.cell_topics import CellTopics, Membership, is_of_tester
+from scbm.nodes.roles.served_tester import ServedTester
 from scbm.nodes.roles.wall_clock import Clock
 from scbm.running.simulation.simulated_resources import Job, SimulatedResource
 
@@ -63,6 +67,7 @@ class ResourcesNode:
         self._loop = asyncio.get_running_loop()
         self._reactions = reactions
         self._run: _AnsweredRun | None = None
+        self._tester = ServedTester(context, self._forget)
         topics = CellTopics.of(model)
         self.membership = Membership(bus, topics, status)
         self._to_tester = bus.publisher(topics.simulated)
@@ -79,7 +84,7 @@ class ResourcesNode:
         """The run that a tester announced."""
         return self._run
 
-    def say(self, message: Answering | Prepared | Forgot) -> None:
+    def say(self, message: Answering | Prepared | Forgot | Refused | Busy) -> None:
         """Send a message to the tester."""
         self._to_tester.publish(encode(message))
 
@@ -117,6 +122,8 @@ class ResourcesNode:
                 self.say(Forgot(message.run, self.membership.own.node))
         elif isinstance(message, Abandon):
             self._forget()
+        elif isinstance(message, Go):
+            self._tester.start()
         elif isinstance(message, React | Fate | Become | RestartResource) and message.resource in self._queues:
             self._direct(message)
 
@@ -124,14 +131,16 @@ class ResourcesNode:
         """Confirm once replies reach the controller; until then the tester asks again."""
         run = self._run
         if run is None or run.id != message.run:
-            if run is not None and run.tester != tester:
-                return  # the other tester is still there: one of the two has to leave
+            if (refusal := self._tester.refusal(message, tester)) is not None:
+                self.say(refusal)
+                return
             try:
                 clock = Clock(0, read_fraction(message.time_scale))
             except NotAMessageError as error:
                 self._warn(f"a time scale of a tester cannot be used: {error}")
                 return
-            self._run = _AnsweredRun(message.run, clock, message.is_relayed, tester)
+            self._run = _AnsweredRun(message.run, clock, message.is_relayed)
+            self._tester.hold(message, tester)
             for queue in self._queues.values():
                 queue.begin(message.run)
         if all(queue.is_heard for name, queue in self._queues.items() if name not in message.real):
@@ -144,11 +153,12 @@ class ResourcesNode:
             self._warn(f"a `{message.kind}` of a tester was dropped: {error}")
 
     def _lose_tester(self, source: int) -> None:
-        if self._run is not None and self._run.tester == source:
+        if self._tester.source == source:
             self._forget()
 
     def _forget(self) -> None:
         self._run = None
+        self._tester.release()
         for queue in self._queues.values():
             queue.begin(None)
 
@@ -160,7 +170,6 @@ class _AnsweredRun:
     id: str
     clock: Clock
     is_relayed: bool
-    tester: int
 
 
 @dataclass(slots=True)

@@ -17,6 +17,7 @@ from scbm.nodes.node_messages import (
     VERSION,
     Abandon,
     Answering,
+    Busy,
     Ended,
     Forgot,
     Go,
@@ -29,7 +30,7 @@ from scbm.nodes.node_messages import (
     encode,
 )
 from scbm.nodes.node_messages import Note as NoteMessage
-from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, Membership, new_run
+from scbm.nodes.roles.cell_topics import GIVEN_UP, START_WITHIN_S, CellTopics, Membership, new_run
 from scbm.nodes.roles.director import Director
 from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason, beyond_reach
 from scbm.nodes.roles.wall_clock import Clock
@@ -56,6 +57,9 @@ _QUIET_S = 1.0
 
 _READY_S = 5.0
 """Maximum time that nodes may take to prepare a run."""
+
+_BUSY_S = START_WITHIN_S + _READY_S
+"""Maximum time that nodes may take to prepare a run if one of them serves another tester, which it may drop."""
 
 _AGAIN_S = 0.1
 """Period in which the tester repeats `prepare` to a node that has not answered."""
@@ -324,6 +328,8 @@ class _DirectedRun:
         self._loop = asyncio.get_running_loop()
         self._done: asyncio.Future[Ended] = self._loop.create_future()
         self._ready: dict[str, bool] = {}
+        self._busy: dict[str, str] = {}
+        self._preparing = asyncio.timeout(_READY_S)
         self._all_ready = asyncio.Event()
         self._controller: int | None = None
         self._clock = Clock(0, time_scale)
@@ -394,16 +400,19 @@ class _DirectedRun:
     async def _prepare(self) -> None:
         """Prepare the nodes before the run: wait for nodes that leave meanwhile, and include nodes that join."""
         text = write_case(self._case, self._node.model, None)
-        relayed = self._director.is_relayed
-        prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), relayed, self._real)
+        relayed, own = self._director.is_relayed, self._node.membership.own
+        prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), relayed, own.words, self._real)
         self.look()
         self._say_until_ready(prepare)
         try:
-            async with asyncio.timeout(_READY_S):
+            async with self._preparing:
                 await self._all_ready.wait()
         except TimeoutError:
             if (why := self._node.why_not()) is not None:
                 raise NotBegunError(why) from None
+            busy = [f"{self._node.words_of(node)} {why}" for node, why in self._busy.items()]
+            if busy:
+                raise LostError("; ".join(busy)) from None
             silent = [self._node.words_of(node) for node, is_ready in self._ready.items() if not is_ready]
             raise LostError(f"{', '.join(silent)} did not prepare the run") from None
         if self._done.done():
@@ -455,6 +464,8 @@ class _DirectedRun:
                 self._be_ready(node, received.source)
             case Refused(node=node, why=why):
                 self.fail(f"{self._node.words_of(node)} refused the run: {why}")
+            case Busy(node=node) if node in self._ready:
+                self._be_refused(message)
             case Forgot() if self.is_going and received.source == self._controller and not self._steps:
                 self.fail("the controller left before it began the run", NotBegunError)
             case Forgot(node=node) if node in self._ready:
@@ -474,14 +485,24 @@ class _DirectedRun:
         except ValueError as error:
             self._node.warn(f"a message was dropped: {error}")
 
+    def _be_refused(self, message: Busy) -> None:
+        """Ask a node that serves another tester until it drops that one, and say so once."""
+        why = f"serves another tester, {message.tester}, since {message.for_ns / 1e9:.0f} s"
+        if not self._busy and not self.is_going and not self._preparing.expired():
+            self._preparing.reschedule(self._loop.time() + _BUSY_S)
+            self._node.warn(f"{self._node.words_of(message.node)} {why}; the case waits for {_BUSY_S:g} s at most")
+        self._busy[message.node] = why
+
     def _be_ready(self, node: str, source: int) -> None:
         if self._ready.get(node, True):
             return
         self._ready[node] = True
+        self._busy.pop(node, None)
         controller = self._node.membership.controller()
         if controller is not None and controller.node == node:
             self._controller = source
         if self.is_going:
+            self._node.say(Go(self.id))  # else a node that joins during the run would drop this tester
             self._director.publish_again(self._node.simulating()[node])
         self._see_who_is_ready()
 
