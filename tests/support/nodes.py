@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from time import monotonic_ns
@@ -13,13 +15,30 @@ from scbm.cases import Case
 from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged
 from scbm.files import digest_of
 from scbm.model import BehaviorModel
-from scbm.nodes import Bus, ControllerNode, LostError, NodeContext, ResourcesNode, TesterNode, new_status
+from scbm.nodes import Bus, BusError, ControllerNode, LostError, NodeContext, ResourcesNode, TesterNode, new_status
 from scbm.nodes.buses.loopback import LoopbackHub
+from scbm.nodes.node_messages import Status, encode
+from scbm.nodes.roles.cell_topics import REPETITIONS, STATUS_PERIOD_S, CellTopics
 from scbm.planning import PlanLimits
 from scbm.running.simulation import PlainReactions
 from scbm.testing import Execution, Tester
 from support.loops import GUARD_S
 from support.virtual_loop import VirtualLoop
+
+JOINS_NS = int((REPETITIONS + 1) * STATUS_PERIOD_S * 1e9)
+"""After this time the others of a cell know a node."""
+
+
+def repeat_status(bus: Bus, status: Callable[[], Status]) -> None:
+    """Publish a status again and again, as a node does, until the bus is closed."""
+    publisher, loop = bus.publisher(CellTopics(f"/scbm/{status().model}").status), asyncio.get_running_loop()
+
+    def publish() -> None:
+        with suppress(BusError):
+            publisher.publish(encode(status()))
+            loop.call_later(STATUS_PERIOD_S, publish)
+
+    publish()
 
 
 @dataclass

@@ -55,7 +55,7 @@ from scbm.running import (
 )
 from support import loops
 from support.models import scan_cell
-from support.nodes import Stage
+from support.nodes import JOINS_NS, Stage
 from support.virtual_loop import VirtualLoop, run_virtually
 from support.wording import Wording
 
@@ -787,8 +787,8 @@ def test_a_driver_that_does_not_go_with_its_binding_is_reported_unless_it_is_rep
     async def scene(looking: Looking) -> None:
         driver = looking.serve(SET_BOOL)
         messages = [
-            await looking.messages(SECOND_NS // 10),
-            await looking.messages(SECOND_NS // 2),
+            await looking.messages(JOINS_NS),
+            await looking.messages(SECOND_NS // 5),
             await looking.messages(SECOND_NS),
         ]
         await driver.close()

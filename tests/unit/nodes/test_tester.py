@@ -50,7 +50,7 @@ from scbm.running import (
 from scbm.running.simulation import Choices, PlainReactions
 from scbm.testing import Tester
 from support.models import scan_cell
-from support.nodes import Stage, run_case
+from support.nodes import JOINS_NS, Stage, repeat_status, run_case
 from support.virtual_loop import VirtualLoop, run_virtually
 from support.wording import Wording
 
@@ -105,8 +105,7 @@ class Played:
         self.bus = harness.stage.join(status.role)
         self.speaks = self.bus.publisher(TOPICS.run if status.role == "controller" else TOPICS.simulated)
         self.bus.subscribe(TOPICS.case, self._hear)
-        self.statuses = self.bus.publisher(TOPICS.status)
-        self.statuses.publish(encode(status))
+        repeat_status(self.bus, lambda: self.status)
 
     def _hear(self, received: Received) -> None:
         message = decode(received.data)
@@ -206,7 +205,7 @@ def test_it_waits_until_everybody_is_there() -> None:
         await loop.settle(SECOND_NS)
         assert not waiting.done()
         harness.play("resources", "scan")
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         assert waiting.done()
         waiting.result()
 
@@ -275,7 +274,7 @@ def test_an_unknown_sender_that_cannot_be_understood_is_reported(wording: Wordin
 def test_what_the_controller_lacks_is_missing() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.play("controller", "scan", troubles=(UNREACHED,))
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         assert harness.node.real == ("scan",)
         begun_ns = loop.now_ns()
         with pytest.raises(NotReadyError) as raised:
@@ -289,7 +288,7 @@ def test_what_the_controller_lacks_is_missing() -> None:
 def test_real_resources_cannot_be_made_faster_nor_given_outcomes(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.play("controller", "scan")
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         with wording.raises(NotReadyError):
             await harness.node.wait_for_cell(1.0)
         case = read_case("case: x\ngoal: scanned\noutcomes: {scan: fail}\n", MODEL)
@@ -308,7 +307,7 @@ def test_all_are_sent_the_case_and_the_run_begins_once_all_are_ready() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources = harness.cell()
         resources.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle(SECOND_NS)
         assert harness.sent(Go) == []
@@ -330,7 +329,7 @@ def test_a_node_that_refuses_loses_the_case(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, _ = harness.cell()
         controller.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle()
         controller.say(Refused(controller.run, controller.status.node, "it is too late"))
@@ -345,7 +344,7 @@ def test_a_node_that_serves_another_tester_is_asked_until_it_drops_that_one(word
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources = harness.cell()
         resources.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle()
         for seconds in range(12):
@@ -365,7 +364,7 @@ def test_a_node_that_serves_another_tester_for_long_loses_the_case(wording: Word
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, _ = harness.cell()
         controller.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle()
         controller.say(Busy(controller.run, controller.status.node, "process 7 on a", 12 * SECOND_NS))
@@ -381,7 +380,7 @@ def test_a_node_that_says_nothing_loses_the_case(silent: str, wording: Wording) 
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources = harness.cell()
         (controller if silent == "controller" else resources).is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         wording(await why_lost(harness.begin()))
         await loop.settle()
         assert len(harness.sent(Abandon)) == 1
@@ -395,7 +394,7 @@ def test_who_goes_while_the_run_is_prepared_is_waited_for(role: str) -> None:
         controller, resources = harness.cell()
         lost = controller if role == "controller" else resources
         resources.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle(SECOND_NS)
         await lost.bus.close()
@@ -414,7 +413,7 @@ def test_who_does_not_come_back_loses_the_case(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources = harness.cell()
         resources.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle(SECOND_NS)
         await controller.bus.close()
@@ -427,7 +426,7 @@ def test_a_run_that_no_controller_has_begun_may_begin_with_another(wording: Word
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources = harness.cell()
         resources.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle(SECOND_NS)
         await controller.bus.close()
@@ -441,7 +440,7 @@ def test_a_controller_that_forgets_the_run_before_it_goes_is_asked_again() -> No
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources = harness.cell()
         resources.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle()
         controller.is_ready = False
@@ -463,7 +462,7 @@ def test_a_controller_that_forgets_the_run_before_it_goes_is_asked_again() -> No
 def test_a_controller_that_leaves_instead_of_going_has_not_begun_the_run(how: str, wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, _ = harness.cell()
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle()
         assert harness.sent(Go) == [Go(controller.run)]
@@ -486,7 +485,7 @@ def test_a_controller_that_leaves_instead_of_going_has_not_begun_the_run(how: st
 
 async def going(harness: Harness, loop: VirtualLoop, case: Case = CASE) -> tuple[Played, Played, asyncio.Task[NodeRun]]:
     controller, resources = harness.cell()
-    await loop.settle()
+    await loop.settle(JOINS_NS)
     task = harness.begin(case)
     await loop.settle()
     assert harness.sent(Go) == [Go(controller.run)]
@@ -581,7 +580,7 @@ def test_a_run_that_is_given_up_may_begin_again_if_it_has_sent_no_request(
 ) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, _ = harness.cell()
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle()
         controller.step(1, 0, GoalGiven(CASE.goal, CASE.predicate))
@@ -598,7 +597,7 @@ def test_a_run_that_is_given_up_may_begin_again_if_it_has_sent_no_request(
 def test_a_controller_that_is_lost_after_its_first_step_has_begun_the_run(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, _ = harness.cell()
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle()
         controller.step(1, 0, GoalGiven(CASE.goal, CASE.predicate))
@@ -669,7 +668,7 @@ def test_a_run_that_ends_without_its_resource_is_lost_with_its_log() -> None:
 def test_a_controller_that_says_nothing_is_lost_even_if_it_is_there(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.cell()
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         begun_ns = loop.now_ns()
         wording(await why_lost(harness.begin()))
         assert loop.now_ns() - begun_ns == pytest.approx(3 * SECOND_NS, abs=SECOND_NS)
@@ -680,7 +679,7 @@ def test_a_controller_that_says_nothing_is_lost_even_if_it_is_there(wording: Wor
 def test_a_message_that_the_bus_does_not_take_loses_the_case(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.cell()
-        await loop.settle()
+        await loop.settle(JOINS_NS)
 
         def refuse(_: object) -> None:
             raise BusError("full")
@@ -713,7 +712,7 @@ def test_resources_that_are_lost_are_no_reason_to_stop_and_reported(wording: Wor
         assert not task.done()
         assert len(harness.stage.complaints) == 1
         harness.play("resources", "scan")
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         assert len(harness.stage.complaints) == 2
         wording(harness.stage.complaints)
         task.cancel()
@@ -724,13 +723,12 @@ def test_resources_that_are_lost_are_no_reason_to_stop_and_reported(wording: Wor
 def test_a_driver_that_is_lost_in_a_run_is_reported(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller = harness.play("controller", "scan")
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle()
-        lacking = replace(controller.status, troubles=(UNREACHED,))
         assert harness.sent(Go) == [Go(controller.run)]
-        controller.statuses.publish(encode(lacking))
-        await loop.settle()
+        controller.status = replace(controller.status, troubles=(UNREACHED,))
+        await loop.settle(JOINS_NS)
         (reported,) = harness.stage.complaints
         assert reported.startswith(UNREACHED)
         wording(reported)
@@ -762,7 +760,7 @@ def test_a_controller_that_comes_with_other_real_resources_loses_the_case(wordin
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources = harness.cell()
         resources.is_ready = False
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         task = harness.begin()
         await loop.settle(SECOND_NS)
         await controller.bus.close()
@@ -775,11 +773,11 @@ def test_a_controller_that_comes_with_other_real_resources_loses_the_case(wordin
 def test_a_node_that_joins_late_is_prepared_and_sent_what_holds() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources, task = await going(harness, loop, RESTARTS)
-        await loop.settle(int(2.5 * SECOND_NS))
+        await loop.settle(int(2.3 * SECOND_NS))
         await resources.bus.close()
         await loop.settle()
         late = harness.play("resources", "scan")
-        await loop.settle(SECOND_NS // 4)
+        await loop.settle(JOINS_NS + SECOND_NS // 4)
         assert [prepare.run for prepare in late.prepared] == [controller.run]
         kinds = [message.kind for message in late.heard if not isinstance(message, Prepare | Note)]
         assert kinds == ["go", "restart", "react"]
@@ -816,11 +814,25 @@ def test_another_controller_that_leaves_ends_nothing() -> None:
     play(scene)
 
 
+@pytest.mark.parametrize("role", ["tester", "controller", "resources"])
+def test_one_status_ends_no_run(role: str) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        _, _, task = await going(harness, loop)
+        forged = replace(new_status(role, MODEL, "other", ["scan"]), since_ns=0, mismatched=("anything",))
+        harness.stage.join("forger").publisher(TOPICS.status).publish(encode(forged))
+        await loop.settle(SECOND_NS)
+        assert not task.done()
+        assert harness.stage.complaints == []
+        task.cancel()
+
+    play(scene)
+
+
 def test_an_older_tester_that_shows_up_in_a_run_ends_it(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         _, _, task = await going(harness, loop)
         older = harness.play("tester", since_ns=0, words="process 7 on harness")
-        await loop.settle()
+        await loop.settle(JOINS_NS)
         wording(await why_lost(task))
         await older.bus.close()
 

@@ -1,25 +1,27 @@
 """The topics of a cell, the ids of its runs and nodes, and its members.
 
-Each node publishes its status on one latched topic, and receives that of the others.
+Each node publishes its status on one latched topic, again and again, and receives that of the others.
 """
 
 from __future__ import annotations
 
+import asyncio
 import os
 import socket
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from time import monotonic_ns, time_ns
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
-from scbm.nodes.buses.bus import Topic
+from scbm.nodes.buses.bus import BusError, Topic
 from scbm.nodes.node_messages import VERSION, NotAMessageError, Status, decode, encode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from scbm.model import BehaviorModel
-    from scbm.nodes.buses.bus import Bus, Received
+    from scbm.nodes.buses.bus import Bus, Received, Scalar
 
 
 START_WITHIN_S = 10.0
@@ -124,29 +126,69 @@ UNIQUE = ("controller", "tester")
 """A cell has one of each."""
 
 
+STATUS_PERIOD_S = 0.1
+"""Period in which each node repeats its status: three of them are short beside the start of a process."""
+
+_SILENT_S = 1.0
+"""Time after which a status that takes no effect is reported."""
+
+REPETITIONS = 3
+"""A status takes effect once its publisher, which is still there, has repeated it in so many periods."""
+
+
+@dataclass(slots=True)
+class _NewStatus:
+    """A status that has not taken effect; the number of its repetitions, and when the last one came."""
+
+    status: Status
+    repetitions: int
+    stamp_ns: int
+
+
 class Membership:
     """The status of a node, and the statuses that it received.
 
+    A status that comes once takes no effect: any program of the domain can publish one, and an older controller or
+    tester ends the others. What a node lacks changes at once.
+
     Attributes:
         own: this node.
+        settles_s: the time of the event loop by which statuses of nodes that were there before take effect.
         changed: called whenever a node comes or leaves.
     """
 
     def __init__(self, bus: Bus, topics: CellTopics, own: Status) -> None:
         self.own = own
+        self.settles_s = asyncio.get_running_loop().time() + (REPETITIONS + 2) * STATUS_PERIOD_S
         self.changed: Callable[[], None] = lambda: None
         self._others: dict[int, Status] = {}
+        self._new: dict[int, _NewStatus] = {}
         self._unreadable: dict[int, str] = {}
+        self._texts: dict[int, Scalar] = {}
+        self._own_text = encode(own)
         self._publisher = bus.publisher(topics.status)
-        self._publisher.publish(encode(own))
+        self._publisher.publish(self._own_text)
+        self._timer = self._repeat_later()
         bus.subscribe(topics.status, self._receive, left=self._lose)
+
+    def close(self) -> None:
+        """Repeat the status no more. The caller closes the bus."""
+        self._timer.cancel()
+
+    def _repeat_later(self) -> asyncio.TimerHandle:
+        return asyncio.get_running_loop().call_later(STATUS_PERIOD_S, self._repeat)
+
+    def _repeat(self) -> None:
+        with suppress(BusError):  # the next repetition may be taken
+            self._publisher.publish(self._own_text)
+        self._timer = self._repeat_later()
 
     def publish_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
         """Publish what this node lacks, and which of it needs a change of code. Raises `BusError`."""
         own = replace(self.own, troubles=troubles, mismatched=mismatched)
         if own != self.own:
-            self._publisher.publish(encode(own))
-            self.own = own
+            self._publisher.publish(text := encode(own))
+            self.own, self._own_text = own, text
 
     @property
     def others(self) -> tuple[Status, ...]:
@@ -155,8 +197,10 @@ class Membership:
 
     @property
     def unreadable(self) -> tuple[str, ...]:
-        """Return why statuses could not be parsed: nodes of another version, or other programs."""
-        return tuple(self._unreadable.values())
+        """Return why statuses take no effect: nodes of another version, or other programs."""
+        since_ns = (asyncio.get_running_loop().time() - _SILENT_S) * 1e9
+        once = [new.status.words for new in self._new.values() if new.stamp_ns < since_ns]
+        return (*self._unreadable.values(), *(f"the status of {words} is not repeated" for words in once))
 
     def controller(self) -> Status | None:
         """Return the controller, if there is one: the oldest, as the others have to leave."""
@@ -180,20 +224,45 @@ class Membership:
         return own.role in UNIQUE or any(resource in other.resources for resource in own.resources)
 
     def _receive(self, received: Received) -> None:
+        if self._texts.get(received.source) == received.data:
+            return  # a repetition: most are
         try:
             message = decode(received.data)
         except NotAMessageError as error:
-            self._unreadable[received.source] = str(error)
+            is_new = self._unreadable.setdefault(received.source, str(error)) == str(error)
         else:
-            if isinstance(message, Status):
-                self._others[received.source] = message
-                self._unreadable.pop(received.source, None)
-        self.changed()
+            is_new = isinstance(message, Status) and self._takes_effect(message, received)
+        if is_new:
+            self.changed()
+
+    def _takes_effect(self, status: Status, received: Received) -> bool:
+        """Keep a status; return whether others are different from before."""
+        source = received.source
+        self._unreadable.pop(source, None)
+        known, new = self._others.get(source), self._new.get(source)
+        if known is None or not _is_same_node(status, known):
+            if new is None or not _is_same_node(status, new.status):
+                self._new[source] = _NewStatus(status, 0, received.stamp_ns)
+                return False
+            if received.stamp_ns - new.stamp_ns >= STATUS_PERIOD_S * 1e9 / 2:  # of a burst one counts
+                self._new[source] = new = _NewStatus(status, new.repetitions + 1, received.stamp_ns)
+            if new.repetitions < REPETITIONS:
+                return False
+        self._new.pop(source, None)
+        self._others[source], self._texts[source] = status, received.data
+        return status != known
 
     def _lose(self, source: int) -> None:
         self._others.pop(source, None)
+        self._new.pop(source, None)
+        self._texts.pop(source, None)
         self._unreadable.pop(source, None)
         self.changed()
+
+
+def _is_same_node(status: Status, other: Status) -> bool:
+    """Return whether two statuses differ at most in what the node lacks."""
+    return replace(status, troubles=other.troubles, mismatched=other.mismatched) == other
 
 
 def _age(status: Status) -> tuple[int, str]:

@@ -242,6 +242,7 @@ class ControllerNode:
     async def close(self) -> None:
         """Give up the run, cancel requests in flight, and take no more cases. The caller closes the bus."""
         self._is_leaving = True
+        self.membership.close()
         if self._run is not None and self._run.driver is None:
             self._say(Forgot(self._run.id, self.membership.own.node))
         self._give_up()

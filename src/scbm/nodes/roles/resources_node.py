@@ -77,6 +77,7 @@ class ResourcesNode:
 
     async def close(self) -> None:
         """Drop all jobs. The caller closes the bus."""
+        self.membership.close()
         self._forget()
 
     @property

@@ -266,6 +266,7 @@ class Session:
         await _beside(self._cell.keep(), tester.wait_for_cell(self._wait_s, self.waiting))
 
     def _make_tester(self, bus: Bus, status: Status) -> TesterNode:
+        self._close_tester()
         context = NodeContext(bus, self._model, status, self.warn)
         self._tester = TesterNode(context, self._time_scale, is_first=self._cell.is_own)
         return self._tester
@@ -335,7 +336,12 @@ class Session:
         if self._work is not None and not self._work.done():
             self._work.cancel()
             await asyncio.wait([self._work])
+        self._close_tester()
         await self._cell.close()
+
+    def _close_tester(self) -> None:
+        if self._tester is not None:
+            self._tester.membership.close()
 
 
 async def _beside(help_: Coroutine[Any, Any, None], work: Coroutine[Any, Any, T]) -> T:
