@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
+from contextlib import closing
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import in_one_line
 from scbm.nodes import Bus, BusError, NodeContext, ServedNode, beyond_reach, new_status, serve
 from scbm.nodes.buses.transports import TRANSPORTS
+from scbm.nodes.limited_warnings import LimitedWarnings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     from scbm.nodes.buses.transports import Join
 
 
-def open_rclpy(domain: int) -> Bus:
+def open_rclpy(domain: int, warn: Callable[[str], None]) -> Bus:
     """Return a bus for drivers that uses the installed ROS 2."""
     from scbm.nodes.buses.rclpy_bus import open_ros2  # noqa: PLC0415 - rclpy is optional
 
@@ -47,10 +49,10 @@ def serve_node(
     domain: int,
     start_within_s: float,
     while_stdin: bool,
-    open_drivers: Callable[[], Bus] | None = None,
+    open_drivers: Callable[[Callable[[str], None]], Bus] | None = None,
 ) -> int:
     """Serve a node until it is stopped; `make` gets the bus of `open_drivers` too. Raise `InputError`."""
-    output = results()
+    output, limited = results(), LimitedWarnings(warn)
 
     def print_line(words: str) -> None:
         output.line(in_one_line(words))
@@ -58,13 +60,13 @@ def serve_node(
 
     def with_context(drivers: Bus | None, bus: Bus) -> ServedNode:
         status = new_status(role, model, digest_of(model), resources)
-        return make(NodeContext(bus, model, status, warn, print_line, start_within_s=start_within_s), drivers)
+        return make(NodeContext(bus, model, status, limited, print_line, start_within_s=start_within_s), drivers)
 
     async def serve_both(join: Join) -> bool:
         async def open_bus() -> Bus:
             return join(role)
 
-        drivers = None if open_drivers is None else open_drivers()
+        drivers = None if open_drivers is None else open_drivers(limited)
         try:
             return await serve(open_bus, partial(with_context, drivers), report=print_line, until_eof=while_stdin)
         finally:
@@ -76,7 +78,8 @@ def serve_node(
             pass
 
     try:
-        asyncio.run(serve_again(TRANSPORTS[transport].connect(domain, warn)))
+        with closing(limited):
+            asyncio.run(serve_again(TRANSPORTS[transport].connect(domain, limited)))
     except BusError as error:
         raise bus_error(error) from None
     return 0

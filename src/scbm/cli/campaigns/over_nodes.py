@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,6 +23,7 @@ from scbm.model.visible_text import in_one_line
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
 from scbm.nodes.event_log import write_event_log
+from scbm.nodes.limited_warnings import LimitedWarnings
 from scbm.reports import counted
 from scbm.testing import Answers
 from scbm.testing.cases_over_nodes import NodeTester, with_excluded
@@ -202,13 +203,13 @@ def over_nodes(asked: NodeOptions, tester: Tester) -> Iterator[OverNodes]:
 
     Raises `InputError` if the cell is incomplete.
     """
-    logs = SavedLogs(asked)
+    logs, limited = SavedLogs(asked), LimitedWarnings(warn)
     with _node_errors(asked):
-        cell = _cell(asked)
+        cell = _cell(asked, limited)
     session = Session(cell, asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
-    session.warn = warn
+    session.warn = limited
     session.waiting = Waiting(asked, warn)
-    with _node_errors(asked), session:
+    with closing(limited), _node_errors(asked), session:
         yield OverNodes(asked, logs, session, NodeTester(tester, session))
 
 
@@ -223,7 +224,7 @@ def _node_errors(asked: NodeOptions) -> Iterator[None]:
         raise cell_error(error, asked) from None
 
 
-def _cell(asked: NodeOptions) -> Cell:
+def _cell(asked: NodeOptions, warn: Callable[[str], None]) -> Cell:
     transport = TRANSPORTS[asked.transport]
     join = transport.connect(asked.domain, warn)
     if not transport.joins_processes:

@@ -269,7 +269,7 @@ class _RequestQueue:
             if len(self._early) < _MAX_WAITING:  # its run is announced soon
                 self._early[request] = received.source
             else:
-                self._node.warn(f"{id_text(request)} was dropped: too many requests of runs that are not announced")
+                self._node.warn(f"request `{id_text(request)}` was dropped: too many of runs that are not announced")
         else:
             self._state.forget_oldest(_MAX_WAITING)  # such a client does not announce its last request
             self._take(request, received.source)
@@ -389,7 +389,7 @@ class _RequestQueue:
         elif len(self._unheard) < _MAX_WAITING:
             self._unheard.append(text)
         else:
-            self._node.warn(f"the answer to {id_text(request)} was dropped: too many wait for a client")
+            self._node.warn(f"the answer to `{id_text(request)}` was dropped: too many wait for a client")
 
     def _matched(self, _: int) -> None:
         if self._replies.peers:
