@@ -15,6 +15,7 @@ from scbm.cases.trace import End, ends_of
 from scbm.closing import Closer, Closing, Decision
 from scbm.files import read_case, write_case
 from scbm.model import BehaviorModel, PlanSet
+from scbm.model.sources import outside_groups
 from scbm.proofcheck import certificate_text, check_certificate
 from scbm.testing import Campaign, FailureKind, RandomCases, Tester
 from support.enumeration import Enumeration, enumerate_runs
@@ -68,15 +69,14 @@ def impossible_cases(closing: Closing, enumeration: Enumeration, sequences: Enum
         closing: the result of closing.
         enumeration: all runs for single goals in which nothing changes from outside.
         sequences: runs for goals that follow each other, with changes from outside; if these are not all, cases with
-            several goals or with such changes are left out.
+            several goals are left out, and all cases of models with such changes: these may begin with other inputs.
     """
-    found = []
+    found, is_open = [], bool(outside_groups(closing.model))
     for each in closing.cases:
-        is_open = bool(each.case.later or each.case.environment)
-        if each.case.injections or (is_open and not sequences.complete):
+        if each.case.injections or (not sequences.complete and (is_open or each.case.later)):
             continue
-        runs = sequences if is_open else enumeration
-        allowed = runs.visited
+        runs = sequences if sequences.complete else enumeration
+        allowed = runs.visited | enumeration.visited
         if any(ended.end in LIMIT_ENDS for ended in ends_of(each.execution.trace.records)):
             allowed |= runs.cut_off
         never = each.execution.visited & ~allowed
