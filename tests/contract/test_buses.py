@@ -36,7 +36,7 @@ def make_bus(request: pytest.FixtureRequest) -> Iterator[MakeBus]:
     complaints: list[str] = []
     transport = TRANSPORTS[request.param]
     domain = request.getfixturevalue("domain") if transport.joins_processes else 0
-    yield transport.connect(domain, complaints.append)
+    yield transport.connect(domain, complaints.append, None)
     assert complaints == []
 
 

@@ -24,7 +24,7 @@ from support.wording import Wording
 TITLE = "A kind of binding"
 
 
-def connect_for_a_moment(_: int, __: Callable[[str], None]) -> Join:
+def connect_for_a_moment(_: int, __: Callable[[str], None], ___: str | None) -> Join:
     """A transport whose node is stopped as soon as it is there."""
     hub = LoopbackHub()
 

@@ -32,7 +32,7 @@ def test_a_new_transport_carries_the_messages_of_a_test(scbm: Callable[..., Any]
 def test_a_middleware_that_is_missing_is_reported_by_its_name(
     scbm: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def connect(_: int, __: Callable[[str], None]) -> Join:
+    def connect(_: int, __: Callable[[str], None], ___: str | None) -> Join:
         raise BusError("pyzmq is not installed", "pip install pyzmq", where="ZeroMQ")
 
     monkeypatch.setitem(TRANSPORTS, "zeromq", Transport(connect, "ZeroMQ domain {domain}", joins_processes=True))

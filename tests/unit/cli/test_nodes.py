@@ -15,7 +15,7 @@ import pytest
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.campaigns.over_nodes import Waiting, cell_error
-from scbm.cli.options.node_options import NodeOptions, Via, read_domain, read_time_scale
+from scbm.cli.options.node_options import NodeOptions, Via, read_domain, read_interface, read_time_scale
 from scbm.cli.options.option_values import read_requirements
 from scbm.cli.output.progress import CampaignLines
 from scbm.files import load_model, read_model
@@ -133,12 +133,79 @@ def test_logs_of_failing_cases_that_cannot_be_saved_are_reported_once_and_the_re
     assert failures.read_text(encoding="utf-8") == "a file"
 
 
-def asked(*, starts: bool = False, domain: int = 0) -> NodeOptions:
+@pytest.mark.parametrize(
+    ("option", "uri", "named", "interface"),
+    [
+        (None, None, None, "loopback"),
+        (None, None, "LOCALHOST", "loopback"),
+        (None, None, "SUBNET", "all"),
+        (None, None, "SYSTEM_DEFAULT", None),
+        (None, "<CycloneDDS/>", "LOCALHOST", None),
+        (None, " ", "SUBNET", "all"),
+        ("all", "<CycloneDDS/>", "LOCALHOST", "all"),
+        ("loopback", "<CycloneDDS/>", "SUBNET", "loopback"),
+        ("lo", None, "SUBNET", "loopback"),
+    ],
+)
+def test_the_first_setting_of_the_interface_decides(
+    option: str | None, uri: str | None, named: str | None, interface: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for variable, value in (("CYCLONEDDS_URI", uri), ("ROS_AUTOMATIC_DISCOVERY_RANGE", named)):
+        if value is None:
+            monkeypatch.delenv(variable, raising=False)
+        else:
+            monkeypatch.setenv(variable, value)
+    assert read_interface(option) == interface
+
+
+@pytest.mark.parametrize("named", ["OFF", "subnet"])
+def test_a_range_in_which_no_node_is_found_is_refused(
+    named: str, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
+    monkeypatch.delenv("CYCLONEDDS_URI", raising=False)
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", named)
+    with pytest.raises(InputError) as raised:
+        read_interface(None)
+    assert [str(shown.place) for shown in raised.value.diagnostics] == ["ROS_AUTOMATIC_DISCOVERY_RANGE"]
+    wording(raised.value)
+
+
+@pytest.mark.parametrize("role", ["controller", "resources", "tester"])
+def test_an_interface_that_the_machine_lacks_is_refused(
+    scbm: Callable[..., Any], model: Path, role: str, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
+    monkeypatch.setattr("socket.if_nameindex", lambda: [(1, "lo"), (2, "eth0")])
+    ran = scbm("node", role, model, "--interface", "eth1")
+    assert (ran.code, ran.out) == (2, "")
+    wording(ran.err)
+
+
+def test_an_interface_is_for_nodes_that_are_processes(scbm: Callable[..., Any], model: Path, wording: Wording) -> None:
+    for command in (("test", model), over_loopback(model)):
+        ran = scbm(*command, "--interface", "all")
+        assert (ran.code, ran.out) == (2, "")
+        wording(ran.err)
+
+
+@pytest.mark.parametrize("interface", ["loopback", "all", None])
+def test_a_driver_that_is_looked_for_on_loopback_may_be_elsewhere(interface: str | None, wording: Wording) -> None:
+    error = NotReadyError([Reason(Lack.DRIVER, "why")])
+    wording(cell_error(error, asked(interface=interface)).diagnostics[0].remedy)
+
+
+def test_remedies_and_commands_have_the_interface(wording: Wording) -> None:
+    error = NotReadyError([Reason(Lack.CONTROLLER, "why")])
+    wording(cell_error(error, asked(interface="all")).diagnostics[0].remedy)
+    assert asked(interface="all").options.endswith(" --interface all")
+
+
+def asked(*, starts: bool = False, domain: int = 0, interface: str | None = None) -> NodeOptions:
     return NodeOptions(
         AFTER,
         Path("a b.yaml"),
         "dds",
         domain,
+        interface,
         Fraction(1),
         10.0,
         starts=starts,

@@ -229,6 +229,26 @@ def test_a_node_that_could_not_repeat_its_status_goes_on_and_one_that_is_closed_
     play(scene)
 
 
+def test_a_node_that_finds_no_other_reports_it_once() -> None:
+    async def scene(cell: Cell) -> None:
+        reported: list[str] = []
+        first, _ = cell.join(status("controller", 1))
+        first.report_if_alone("alone", reported.append)
+        await cell.loop.settle(5 * 10**9 - 1)
+        assert reported == []
+        await cell.loop.settle(100 * 10**9)
+        assert reported == ["alone"]
+        second, _ = cell.join(status("resources", 2))
+        second.report_if_alone("second", reported.append)
+        closed, _ = cell.join(status("resources", 3))
+        closed.report_if_alone("closed", reported.append)
+        closed.close()
+        await cell.loop.settle(100 * 10**9)
+        assert reported == ["alone"]
+
+    play(scene)
+
+
 def test_a_message_of_another_kind_is_no_member() -> None:
     async def scene(cell: Cell) -> None:
         own, _ = cell.join(status("tester", 1))

@@ -11,12 +11,13 @@ from contextlib import closing
 from functools import partial
 from typing import TYPE_CHECKING
 
+from scbm.cli.options.node_options import ALONE
 from scbm.cli.output.terminal import errors, results
 from scbm.files import digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import in_one_line
 from scbm.nodes import Bus, BusError, NodeContext, ServedNode, beyond_reach, new_status, serve
-from scbm.nodes.buses.transports import TRANSPORTS
+from scbm.nodes.buses.transports import LOOPBACK, TRANSPORTS
 from scbm.nodes.limited_warnings import LimitedWarnings
 
 if TYPE_CHECKING:
@@ -47,12 +48,14 @@ def serve_node(
     *,
     transport: str,
     domain: int,
+    interface: str | None,
     start_within_s: float,
     while_stdin: bool,
     open_drivers: Callable[[Callable[[str], None]], Bus] | None = None,
 ) -> int:
     """Serve a node until it is stopped; `make` gets the bus of `open_drivers` too. Raise `InputError`."""
     output, limited = results(), LimitedWarnings(warn)
+    alone = ALONE if interface == LOOPBACK and TRANSPORTS[transport].joins_processes else None
 
     def print_line(words: str) -> None:
         output.line(in_one_line(words))
@@ -68,7 +71,9 @@ def serve_node(
 
         drivers = None if open_drivers is None else open_drivers(limited)
         try:
-            return await serve(open_bus, partial(with_context, drivers), report=print_line, until_eof=while_stdin)
+            return await serve(
+                open_bus, partial(with_context, drivers), report=print_line, until_eof=while_stdin, alone=alone
+            )
         finally:
             if drivers is not None:
                 await drivers.close()
@@ -79,7 +84,7 @@ def serve_node(
 
     try:
         with closing(limited):
-            asyncio.run(serve_again(TRANSPORTS[transport].connect(domain, limited)))
+            asyncio.run(serve_again(TRANSPORTS[transport].connect(domain, limited, interface)))
     except BusError as error:
         raise bus_error(error) from None
     return 0

@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.cli.campaigns.node_setup import bus_error, warn
-from scbm.cli.options.node_options import transport_option
+from scbm.cli.options.node_options import ALONE, Via, transport_option
 from scbm.cli.output.terminal import errors
 from scbm.files import FileWriter, digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import in_one_line
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
-from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
+from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, LOOPBACK, TRANSPORTS
 from scbm.nodes.event_log import write_event_log
 from scbm.nodes.limited_warnings import LimitedWarnings
 from scbm.reports import counted
@@ -115,6 +115,10 @@ _PLAIN = {
     Lack.UNREADABLE: "stop that process: all nodes of a cell are of one version of scbm",
     Lack.DRIVER: "start one driver of it in this domain, or correct its binding",
 }
+_ON_LOOPBACK = (
+    "nodes look on loopback only: a driver that uses Cyclone DDS needs `ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST`, or "
+    "this command `--interface all`"
+)
 _OF_CHILDREN = {
     Lack.MODEL: "the model file was changed meanwhile: run this again",
     Lack.CONTROLLER: "read the output of the nodes above, or wait longer: `--wait`",
@@ -134,6 +138,8 @@ def cell_error(error: NotReadyError, asked: NodeOptions) -> InputError:
 def _remedy(reason: Reason, asked: NodeOptions) -> str:
     if asked.starts and reason.lack in _OF_CHILDREN:
         return _OF_CHILDREN[reason.lack]
+    if reason.lack is Lack.DRIVER and asked.interface == LOOPBACK and asked.via is Via.DDS:
+        return f"{_PLAIN[Lack.DRIVER]}; {_ON_LOOPBACK}"
     if reason.lack in _PLAIN:
         return _PLAIN[reason.lack]
     if reason.lack is Lack.FOREIGN:
@@ -150,7 +156,8 @@ def _node(role: str, asked: NodeOptions, resources: Sequence[str] = ()) -> str:
     names = "" if is_all else "".join(f" {name}" for name in resources)
     is_default = asked.domain == 0 and not os.environ.get("ROS_DOMAIN_ID")
     domain = "" if is_default else f" --domain {asked.domain}"
-    return f"`scbm node {role} {shlex.quote(str(asked.file))}{names}{transport_option(asked.transport)}{domain}`"
+    options = f"{transport_option(asked.transport)}{domain}{asked.interface_option}"
+    return f"`scbm node {role} {shlex.quote(str(asked.file))}{names}{options}`"
 
 
 def silent_driver(answers: Answers, asked: NodeOptions) -> str:
@@ -208,6 +215,7 @@ def over_nodes(asked: NodeOptions, tester: Tester) -> Iterator[OverNodes]:
         cell = _cell(asked, limited)
     session = Session(cell, asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
     session.warn = limited
+    session.alone = ALONE if asked.interface == LOOPBACK and TRANSPORTS[asked.transport].joins_processes else None
     session.waiting = Waiting(asked, warn)
     with closing(limited), _node_errors(asked), session:
         yield OverNodes(asked, logs, session, NodeTester(tester, session))
@@ -226,7 +234,7 @@ def _node_errors(asked: NodeOptions) -> Iterator[None]:
 
 def _cell(asked: NodeOptions, warn: Callable[[str], None]) -> Cell:
     transport = TRANSPORTS[asked.transport]
-    join = transport.connect(asked.domain, warn)
+    join = transport.connect(asked.domain, warn, asked.interface)
     if not transport.joins_processes:
         return LoopbackCell(digest_of(asked.model), join, draw_plans)
 
@@ -240,7 +248,8 @@ def _commands(asked: NodeOptions) -> dict[str, list[str]]:
     """Return the commands that start the other nodes of the cell, by their description."""
     scbm = [sys.executable, "-m", "scbm", "node"]
     transport = [] if asked.transport == DEFAULT_TRANSPORT else ["--transport", asked.transport]
-    common = [str(asked.file), *transport, "--domain", str(asked.domain), "--while-stdin"]
+    interface = [] if asked.interface is None else ["--interface", asked.interface]
+    common = [str(asked.file), *transport, "--domain", str(asked.domain), *interface, "--while-stdin"]
     bindings = [] if asked.bindings is None else ["--bindings", str(asked.bindings)]
     real = [word for name in asked.real for word in ("--real", name)]
     via = ["--via", asked.via.value] if asked.real else []

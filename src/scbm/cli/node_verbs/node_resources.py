@@ -9,10 +9,12 @@ from scbm.cli.campaigns.node_setup import serve_node
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Domain,
+    Interface,
     NodeTransport,
     StartWithin,
     WhileStdin,
     read_domain,
+    read_interface,
     read_start_within,
 )
 from scbm.cli.options.option_errors import option_error
@@ -37,6 +39,7 @@ def command(
     ] = 0,
     transport: NodeTransport = None,
     domain: Domain = None,
+    interface: Interface = None,
     start_within: StartWithin = "10 s",
     while_stdin: WhileStdin = False,
 ) -> int:
@@ -54,6 +57,7 @@ def command(
         make,
         transport=transport or DEFAULT_TRANSPORT,
         domain=read_domain(domain),
+        interface=read_interface(interface),
         start_within_s=read_start_within(start_within),
         while_stdin=while_stdin,
     )

@@ -9,12 +9,14 @@ from scbm.cli.options.campaign_options import read_thresholds, refuse_asserted
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Domain,
+    Interface,
     Logs,
     NodeOptions,
     NodeTransport,
     TimeScale,
     Via,
     read_domain,
+    read_interface,
     read_time_scale,
     read_wait,
     transport_option,
@@ -49,6 +51,7 @@ def command(
     time_scale: TimeScale = None,
     transport: NodeTransport = None,
     domain: Domain = None,
+    interface: Interface = None,
     wait: Annotated[
         str,
         HelpSection.NODES.option("--wait", metavar="DURATION", help="How long to wait for controller and resources."),
@@ -78,6 +81,7 @@ def command(
         model,
         transport or DEFAULT_TRANSPORT,
         read_domain(domain),
+        read_interface(interface),
         read_time_scale(time_scale),
         read_wait(wait),
         starts=False,
@@ -88,6 +92,6 @@ def command(
         failures=failures,
     )
     scale = "" if asked.time_scale == 1 else f" --time-scale {asked.time_scale}"
-    over = f"{transport_option(asked.transport)} --domain {asked.domain}"
+    over = f"{transport_option(asked.transport)} --domain {asked.domain}{asked.interface_option}"
     again = f"scbm node tester {shown_path(str(model))}{suite.test_options}{scale}{over}"
     return run_over_nodes(suite, output, asked, again)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import socket
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
@@ -17,7 +18,7 @@ from scbm.cli.options.option_errors import option_error, refuse_given
 from scbm.cli.options.registry_options import NameOf
 from scbm.files import load_bindings, load_model, parse_duration, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
+from scbm.nodes.buses.transports import ALL_INTERFACES, DEFAULT_TRANSPORT, LOOPBACK, TRANSPORTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
 
 _ENVIRONMENT = "ROS_DOMAIN_ID"
+_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_INTERFACE_OF_RANGE = {"": LOOPBACK, "LOCALHOST": LOOPBACK, "SUBNET": ALL_INTERFACES, "SYSTEM_DEFAULT": None}
 _MAX_DIGITS = 9
 _MAX_SCALE = 10_000
 _SCALE = re.compile(r"\d{1,9}(\.\d{0,9})?|\.\d{1,9}|\d{1,9}/\d{1,9}", re.ASCII)
@@ -67,6 +70,14 @@ Logs = Annotated[
 ]
 Domain = Annotated[
     int | None, HelpSection.NODES.option("--domain", metavar="N", help="DDS domain, 0 to 232. [ROS_DOMAIN_ID, or 0]")
+]
+Interface = Annotated[
+    str | None,
+    HelpSection.NODES.option(
+        "--interface",
+        metavar="NAME",
+        help="Network interface of DDS, or `all`. [CYCLONEDDS_URI, ROS_AUTOMATIC_DISCOVERY_RANGE, loopback]",
+    ),
 ]
 Real = Annotated[
     list[str] | None,
@@ -143,6 +154,36 @@ def read_domain(domain: int | None) -> int:
     return _known_domain(domain or 0, "--domain")
 
 
+def read_interface(interface: str | None) -> str | None:
+    """Return the network interface of nodes, as an option or the environment says; `None` for what Cyclone DDS is told.
+
+    The first that is given decides: the option, `CYCLONEDDS_URI`, `ROS_AUTOMATIC_DISCOVERY_RANGE`. Raise `InputError`.
+    """
+    if interface is not None:
+        return _known_interface(interface)
+    if os.environ.get("CYCLONEDDS_URI", "").strip():
+        return None
+    named = os.environ.get(_RANGE, "").strip()
+    if named not in _INTERFACE_OF_RANGE:
+        message = f"its value {named[:40]} is not a range in which nodes find each other"
+        raise option_error(_RANGE, message, "set it to LOCALHOST or SUBNET, or give `--interface`")
+    return _INTERFACE_OF_RANGE[named]
+
+
+def _known_interface(name: str) -> str:
+    names = [known for _, known in socket.if_nameindex()]
+    if name in ("lo", LOOPBACK):
+        return LOOPBACK
+    if name not in (*names, ALL_INTERFACES):
+        remedy = suggestion(name, [LOOPBACK, ALL_INTERFACES, *names], "write")
+        raise option_error("--interface", f"this machine has no network interface `{name}`", remedy, name)
+    return name
+
+
+ALONE = "no other node has been found: nodes look on loopback only; `--interface all` opens the network"
+"""Reported by a node on loopback that finds no other one."""
+
+
 def _known_domain(domain: int, place: str) -> int:
     if not 0 <= domain <= 232:  # noqa: PLR2004 - ports run out there (RTPS 9.6.1.1)
         message = f"there is no DDS domain {domain}"
@@ -201,6 +242,7 @@ class NodeOptions:
         model, file: the model and its file.
         transport: an entry of `TRANSPORTS`.
         domain: the number of the domain, for a transport between processes.
+        interface: the network interface, or `None` for the configuration of Cyclone DDS.
         time_scale: the number of simulated seconds in a second of wall time.
         wait_s: the timeout for nodes to join.
         starts: whether this process starts controller and resources.
@@ -216,6 +258,7 @@ class NodeOptions:
     file: Path
     transport: str
     domain: int
+    interface: str | None
     time_scale: Fraction
     wait_s: float
     starts: bool
@@ -229,12 +272,17 @@ class NodeOptions:
     @property
     def options(self) -> str:
         """The options that give the same nodes, each with a leading blank."""
-        domain = f" --domain {self.domain}" if TRANSPORTS[self.transport].joins_processes else ""
+        domain = f" --domain {self.domain}{self.interface_option}" if TRANSPORTS[self.transport].joins_processes else ""
         scale = "" if self.time_scale == 1 else f" --time-scale {self.time_scale}"
         bindings = "" if self.bindings is None else f" --bindings {shlex.quote(str(self.bindings))}"
         real = "".join(f" --real {name}" for name in self.real)
         via = "" if self.via is Via.DDS else f" --via {self.via}"
         return f" --transport {self.transport}{domain}{scale}{bindings}{real}{via}"
+
+    @property
+    def interface_option(self) -> str:
+        """The option that gives the same interface, with a blank before it; nothing for the default."""
+        return "" if self.interface in (None, LOOPBACK) else f" --interface {self.interface}"
 
     @property
     def where(self) -> str:

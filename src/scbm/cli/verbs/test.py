@@ -19,6 +19,7 @@ from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Bindings,
     Domain,
+    Interface,
     Logs,
     NodeOptions,
     Reached,
@@ -27,6 +28,7 @@ from scbm.cli.options.node_options import (
     TimeScale,
     load_bound,
     read_domain,
+    read_interface,
     read_real,
     read_time_scale,
     read_via,
@@ -117,6 +119,7 @@ def command(
     bindings: Bindings = None,
     time_scale: TimeScale = None,
     domain: Domain = None,
+    interface: Interface = None,
     wait: Annotated[
         str | None,
         HelpSection.NODES.option("--wait", metavar="DURATION", help="How long to wait for nodes and drivers. [10 s]"),
@@ -148,6 +151,7 @@ def command(
                 "--bindings": bindings,
                 "--time-scale": time_scale,
                 "--domain": domain,
+                "--interface": interface,
                 "--wait": wait,
                 "--logs": logs,
             }
@@ -165,7 +169,8 @@ def command(
             "--update": update or None,
         }
     )
-    refuse_in_one_process(transport, {"--real": real, "--via": via, "--bindings": bindings, "--domain": domain})
+    of_processes = {"--real": real, "--via": via, "--bindings": bindings, "--domain": domain, "--interface": interface}
+    refuse_in_one_process(transport, of_processes)
     bound = load_bound(model, bindings)
     chosen = read_real(real or [], bound)
     refuse_faster(time_scale, chosen)
@@ -174,6 +179,7 @@ def command(
         model,
         transport,
         read_domain(domain),
+        read_interface(interface),
         read_time_scale(time_scale),
         read_wait(wait or "10 s"),
         starts=True,

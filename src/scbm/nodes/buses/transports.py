@@ -13,6 +13,12 @@ if TYPE_CHECKING:
 
     from scbm.nodes.buses.bus import Bus
 
+LOOPBACK = "loopback"
+"""The interface of nodes that reach only other programs of their machine."""
+
+ALL_INTERFACES = "all"
+"""All interfaces of the machine, with loopback."""
+
 Join: TypeAlias = "Callable[[str], Bus]"
 """Opens the bus of a node, given the name of the node, on the running event loop. Raises `BusError`."""
 
@@ -22,14 +28,15 @@ class Transport:
     """A transport: it carries the messages of the nodes of a cell.
 
     Attributes:
-        connect: gets the domain and a function for warnings, and returns what opens the buses of nodes. It is called
-            once in each process.
+        connect: gets the domain, a function for warnings, and the network interface, and returns what opens the buses
+            of nodes. It is called once in each process. The interface is `loopback`, `all`, the name of one, or `None`
+            for that of the configuration of the middleware.
         place: where nodes meet, for reports and messages; `{domain}` stands for the number of the domain.
         joins_processes: whether nodes of different processes reach each other. If not, all nodes of a cell run in the
             process of the tester: there are no domains, and no real drivers.
     """
 
-    connect: Callable[[int, Callable[[str], None]], Join]
+    connect: Callable[[int, Callable[[str], None], str | None], Join]
     place: str
     joins_processes: bool
 
@@ -38,18 +45,18 @@ class Transport:
         return self.place.format(domain=domain)
 
 
-def connect_loopback(_: int, __: Callable[[str], None]) -> Join:
+def connect_loopback(_: int, __: Callable[[str], None], ___: str | None) -> Join:
     """Connect the nodes of this process by one queue."""
     from scbm.nodes.buses.loopback import LoopbackHub  # noqa: PLC0415 - asyncio, which simulated runs do not need
 
     return LoopbackHub().join
 
 
-def connect_dds(domain: int, warn: Callable[[str], None]) -> Join:
+def connect_dds(domain: int, warn: Callable[[str], None], interface: str | None) -> Join:
     """Connect nodes by Cyclone DDS, which is loaded with the first bus."""
     from scbm.nodes.buses.dds import open_dds  # noqa: PLC0415 - buses, which simulated runs do not need
 
-    return lambda node: open_dds(f"scbm_{node}", domain, warn)
+    return lambda node: open_dds(f"scbm_{node}", domain, warn, interface)
 
 
 TRANSPORTS: dict[str, Transport] = {

@@ -129,6 +129,9 @@ UNIQUE = ("controller", "tester")
 STATUS_PERIOD_S = 0.1
 """Period in which each node repeats its status: three of them are short beside the start of a process."""
 
+_ALONE_S = 5.0
+"""Time after which a node reports that it has found no other: others are started one after the other, by hand."""
+
 _SILENT_S = 1.0
 """Time after which a status that takes no effect is reported."""
 
@@ -169,11 +172,20 @@ class Membership:
         self._publisher = bus.publisher(topics.status)
         self._publisher.publish(self._own_text)
         self._timer = self._repeat_later()
+        self._alone: asyncio.TimerHandle | None = None
         bus.subscribe(topics.status, self._receive, left=self._lose)
 
     def close(self) -> None:
         """Repeat the status no more. The caller closes the bus."""
         self._timer.cancel()
+        if self._alone is not None:
+            self._alone.cancel()
+
+    def report_if_alone(self, words: str | None, report: Callable[[str], None]) -> None:
+        """Report `words` if there are any, and no other node of the cell is found for a while."""
+        if words is not None:
+            look = lambda: None if self._others or self._new else report(words)  # noqa: E731 - a callback of one line
+            self._alone = asyncio.get_running_loop().call_later(_ALONE_S, look)
 
     def _repeat_later(self) -> asyncio.TimerHandle:
         return asyncio.get_running_loop().call_later(STATUS_PERIOD_S, self._repeat)

@@ -91,6 +91,7 @@ async def serve(
     *,
     report: Callable[[str], None],
     until_eof: bool,
+    alone: str | None = None,
 ) -> bool:
     """Serve a node until SIGINT or SIGTERM, or until the standard input ends.
 
@@ -101,6 +102,7 @@ async def serve(
         make: creates the node.
         report: gets a line when the node has joined.
         until_eof: whether the end of the standard input ends it too.
+        alone: what to report if no other node is found; `None` for nothing.
 
     Returns:
         Whether the node is to join its cell again.
@@ -123,6 +125,7 @@ async def serve(
     watch = AbsenceWatch(loop, bus.lease_ns, leave)
     try:
         node = make(bus)
+        node.membership.report_if_alone(alone, report)
         node.membership.changed = lambda: stop.set() if node.membership.rival() else None
         if until_eof:
             _watch_stdin(stop)

@@ -203,6 +203,7 @@ class Session:
 
     Attributes:
         warn: called with a sentence for each fault that the session repairs.
+        alone: the warning if no other node is found; `None` for none.
         waiting: called with a description of the missing nodes, once a case has waited for long.
     """
 
@@ -227,6 +228,7 @@ class Session:
         self._work: asyncio.Task[Any] | None = None
         self._before: Any = None
         self.warn: Callable[[str], None] = lambda _: None
+        self.alone: str | None = None
         self.waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
 
     def __enter__(self) -> Self:
@@ -269,6 +271,7 @@ class Session:
         self._close_tester()
         context = NodeContext(bus, self._model, status, self.warn)
         self._tester = TesterNode(context, self._time_scale, is_first=self._cell.is_own)
+        self._tester.membership.report_if_alone(self.alone, self.warn)
         return self._tester
 
     async def _run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["open_dds"]
 
 
-def open_dds(node: str, domain: int, warn: Callable[[str], None]) -> Bus:
+def open_dds(node: str, domain: int, warn: Callable[[str], None], interface: str | None = None) -> Bus:
     """Open a bus on the running event loop.
 
     Args:
@@ -22,6 +22,7 @@ def open_dds(node: str, domain: int, warn: Callable[[str], None]) -> Bus:
         domain: of DDS, from 0 to 232; in ROS 2 that is `ROS_DOMAIN_ID`.
         warn: gets a sentence about each message that cannot be understood, and all that Cyclone DDS warns of
             while it starts. It is called on the loop.
+        interface: `loopback`, `all`, or the name of a network interface; `None` for what `CYCLONEDDS_URI` says.
 
     Raises:
         BusError: cyclonedds is not installed, or Cyclone DDS does not start: `CYCLONEDDS_URI`, the network.
@@ -32,4 +33,4 @@ def open_dds(node: str, domain: int, warn: Callable[[str], None]) -> Bus:
         if error.name is None or error.name.partition(".")[0] != "cyclonedds":
             raise
         raise BusError("cyclonedds is not installed", "pip install 'scbm[dds]'") from error
-    return DdsBus.open(node, domain, warn)
+    return DdsBus.open(node, domain, warn, interface)

@@ -20,6 +20,7 @@ from scbm.nodes.buses.dds.unmatched import (
     taker_of_responses,
     why_unmatched,
 )
+from scbm.nodes.buses.transports import ALL_INTERFACES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -51,10 +52,10 @@ class DdsBus:
         self._is_open = True
 
     @classmethod
-    def open(cls, node: str, domain: int, warn: Callable[[str], None]) -> DdsBus:
+    def open(cls, node: str, domain: int, warn: Callable[[str], None], interface: str | None = None) -> DdsBus:
         """Join a domain, on the running event loop; see `scbm.nodes.buses.dds.open_dds`."""
         loop = asyncio.get_running_loop()
-        participant = Participant(node, domain)
+        participant = Participant(node, domain, interface)
         try:
             announcement = NodeAnnouncement(participant.entity, node)
         except BusError:
@@ -62,7 +63,9 @@ class DdsBus:
             raise
         for warning in participant.warnings:
             loop.call_soon(warn, f"Cyclone DDS: {warning}")
-        return cls(participant, announcement, HandOver(loop), f"DDS domain {domain}", warn)
+        place = "all interfaces" if interface == ALL_INTERFACES else interface
+        words = f"DDS domain {domain}" + ("" if place is None else f" on {place}")
+        return cls(participant, announcement, HandOver(loop), words, warn)
 
     @property
     def words(self) -> str:

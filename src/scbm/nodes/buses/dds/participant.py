@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from tempfile import TemporaryFile
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -21,8 +21,10 @@ from cyclonedds.domain import DomainParticipant
 from cyclonedds.topic import Topic
 
 from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.dds.interfaces import bound_to_loopback, configuration
 from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, NodeEntities, participant_entities
 from scbm.nodes.buses.dds.raw_samples import RawWriter, delete
+from scbm.nodes.buses.transports import ALL_INTERFACES, LOOPBACK
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -167,17 +169,22 @@ class Participant:
         warnings: what Cyclone DDS had to say, though it started.
     """
 
-    def __init__(self, node: str, domain: int) -> None:
-        """Join the domain. Raises `BusError`."""
+    def __init__(self, node: str, domain: int, interface: str | None = None) -> None:
+        """Join the domain on a network interface, or as `CYCLONEDDS_URI` says. Raises `BusError`."""
         if not 0 <= domain <= LAST_DOMAIN:
             raise BusError(f"there is no DDS domain {domain}", f"domains are numbered from 0 to {LAST_DOMAIN}")
         self.warnings: list[str] = []
         try:
             # One thread at a time reads the log, so the environment is changed by one thread at a time, too.
-            with heard(self.warnings), _completed_configuration():
+            isolated = bound_to_loopback(self.warnings) if interface == LOOPBACK else nullcontext()
+            with heard(self.warnings), _completed_configuration(interface), isolated:
                 self.entity = DomainParticipant(domain, _qos(node))
         except DDSException as error:
             raise _error(domain, self.warnings, error) from error
+        if interface == ALL_INTERFACES:  # those that are down are left out
+            self.warnings = [line for line in self.warnings if "optional interface was not found" not in line]
+        if interface is not None and os.environ.get(URI):
+            self.warnings.append(f"`{URI}` is not read, because `--interface {interface}` is given")
 
     @property
     def lease_ns(self) -> int:
@@ -190,14 +197,14 @@ class Participant:
 
 
 @contextmanager
-def _completed_configuration() -> Iterator[None]:
+def _completed_configuration(interface: str | None) -> Iterator[None]:
     """Cyclone DDS reads the configuration with the first participant of a process in a domain.
 
     A `Domain` with a configuration of its own would be there until it is deleted, and take the participants of others
     in the process with it.
     """
     uri = os.environ.get(URI)
-    os.environ[URI] = f"{_OURS},{uri or ''}"
+    os.environ[URI] = f"{_OURS},{(uri or '') if interface is None else configuration(interface)}"
     try:
         yield
     finally:
