@@ -163,11 +163,12 @@ class TesterNode:
     async def _wait(self, waiting: Callable[[tuple[Reason, ...]], None]) -> None:
         loop = asyncio.get_running_loop()
         reported: tuple[Reason, ...] = ()
-        settled, late = asyncio.Event(), asyncio.Event()  # another tester may be there, of which nothing is known yet
+        settled, late = asyncio.Event(), asyncio.Event()  # who was there before is known then
         timers = [loop.call_at(self.membership.settles_s, wake) for wake in (settled.set, self._changed.set)]
         timers += [loop.call_later(_QUIET_S, wake) for wake in (late.set, self._changed.set)]
         try:
-            while ((missing := self._missing()) or not settled.is_set()) and not self._wrong():
+            while not settled.is_set() or (self._missing() and not self._wrong()):
+                missing = self._missing()
                 if late.is_set() and missing != reported:
                     waiting(missing)
                     reported = missing
