@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
 from itertools import islice
-from operator import or_
+from operator import and_, or_
 from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Expectations
@@ -66,7 +66,7 @@ _PLANNED_FOR_SUGGESTIONS = 250
 _MAX_FOR_CASES = 10_000
 """Maximum number of situations in which inputs change that are explored to find cases, where they prove nothing."""
 
-_SHARE_OF_ALL_VALUES = 100
+_SHARE_OF_ALL_VALUES = 10
 """The divisor of the limit of situations for proofs about inputs of many values that make little difference.
 
 Each of these values leads on from each situation, so such a graph is complete soon or never.
@@ -489,10 +489,17 @@ class Closer:
         try:
             with self._interruption.stage():
                 bounds = None if self.is_interrupted else limits
-                return explored_for_proofs(self.model, bounds, self._progress, missing, known)
+                found = explored_for_proofs(self.model, bounds, self._progress, missing, known)
         except KeyboardInterrupt:
             self._interrupt(Stage.GRAPH)
             return explored_for_proofs(self.model, None, self._progress, missing, known)
+        left = reduce(and_, (each.visited | each.cut_off for each in found), missing)
+        if self._has_classes and left and not any(each.plans is self.model.runs.plans for each in found):
+            reason = (
+                f"runs in which inputs take all of their values can be in more than {limits.situations:,} situations"
+            )
+            self._ended.append(StageEnd(Stage.GRAPH, reason, "--max-states"))
+        return found
 
     # decisions
 

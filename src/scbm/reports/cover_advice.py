@@ -21,6 +21,7 @@ from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import free_groups, moved, replied
 from scbm.model.variables import CURRENT_NAME
 from scbm.reports.figure_table import counted
+from scbm.testing.request_protocol import clears, sets
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -290,10 +291,18 @@ class CoverAdvisor:
         used = dict.fromkeys(resource.request_state for resource in self._used(operation))
         for transition in _failing(operation, self._model):
             waited = [name for name in transition.running_guard.reads() if name in self._resources]
-            is_own = not waited or any(name in used for name in waited)
+            others = (self._resources[name] for name in waited if not used)
+            is_own = not waited or any(name in used for name in waited) or any(map(self._may_outlive, others))
             current = And((transition.running_guard, Equal(Reference(CURRENT_NAME), Constant(operation.name))))
             if is_own and is_satisfiable(current, self._model.running_space) is not False:
                 yield transition.running_guard
+
+    def _may_outlive(self, resource: Resource) -> bool:
+        """Return whether a request to a resource can be in flight while another operation executes."""
+        users = [each for each in self._model.operations if sets(each.pre.running_actions, resource)]
+        ends = [each.post.running_actions for each in users]
+        ends += [each.timedout for each in users if each.deadline_ns is not None]
+        return not all(clears(actions, resource) for actions in ends)
 
     def _timedout(self, operation: Operation) -> CoverAdvice:
         from scbm.closing.advice.instant_operations import completes_at_once  # noqa: PLC0415 - few reports need it

@@ -218,8 +218,11 @@ def test_an_input_with_many_values_takes_those_that_guards_distinguish() -> None
     text = (SCAN % "  hot: {g: heat > 950 && heat != 990, a: [plan.state <- aborted]}").replace(
         "  lamp:", "  heat: {domain: 0..1000, initial: 20}\n  lamp:"
     )
-    assert distinguishing_values(model := read_model(text, "scan.yaml"), "heat") == (0, 951, 990)
-    assert decision(Closer(model).close(), "automatic/hot") is Decision.COVERED
+    model = read_model(text, "scan.yaml")
+    assert distinguishing_values(model, "heat") == (0, 951, 990)
+    closing = Closer(model, CloseLimits(situations=20_000)).close()
+    assert decision(closing, "automatic/hot") is Decision.COVERED
+    assert [(end.stage, end.option) for end in closing.ended] == [(Stage.GRAPH, "--max-states")]
 
 
 def test_a_change_that_would_reach_the_goal_disables_nothing() -> None:

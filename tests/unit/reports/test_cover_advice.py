@@ -117,6 +117,14 @@ def test_a_request_to_a_resource_of_the_plans_is_no_change_that_they_read() -> N
     assert (found.means, found.missing) == (CoverMeans.UNREAD, "inspected")
 
 
+def test_a_late_failure_of_a_request_may_fail_an_operation_that_sends_none() -> None:
+    unended = ("dispenser_req_trigger <- false]\n    timedout: [dispenser_req_trigger <- false]", "lamp <- false]")
+    guard = "dispenser_req_state == failed && current.state == executing"
+    noticed = ("  greet:", f"  spoilt: {{g: {guard}, a: [current.state <- failed]}}\n  greet:")
+    assert advice("inspect/failed", noticed).means is CoverMeans.NO_WAY
+    assert advice("inspect/failed", noticed, unended).means is CoverMeans.CHANCE
+
+
 def test_moved_inputs_are_left_to_chance() -> None:
     never = ("initial: closed, source: input", "initial: closed, source: input}\n  e: {domain: bool, initial: false")
     assert advice("automatic/greet", never, count=0, moves_inputs=True).means is CoverMeans.CHANCE
