@@ -259,7 +259,7 @@ class AllRuns:
         elif not graph.complete and self._until and not self._until & ~(self.visited | self.cut_off):
             self.stopped = "everything that is left to decide is visited by runs"
         elif graph.has_too_many_steps:
-            self.stopped = f"runs can go on in more than {MAX_STEPS_EACH} ways from {limits.situations:,} situations"
+            self.stopped = f"runs have more than {MAX_STEPS_EACH} steps for each situation that may be explored"
             self.option = "--max-states"
         elif not graph.complete:
             self.stopped = f"runs can be in more than {limits.situations:,} situations"
