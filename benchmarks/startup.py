@@ -1,6 +1,6 @@
 """CPU time of whole processes of the command line, as a multiple of that of `python -c pass`.
 
-The modules are compiled before: whoever starts a command twice has them compiled, also where Python writes no bytecode.
+The modules are compiled before, also where Python writes no bytecode: a user starts a command more than once.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from scbm.cli.main import VERBS
+from scbm.cli.verb_registry import VERBS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "command-line.md").read_text(encoding="utf-8")
 

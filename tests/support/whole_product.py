@@ -30,8 +30,9 @@ def _plain_imports() -> Iterator[None]:
 def _import_all() -> None:
     """pytester forgets the modules that a test within the process imports; earlier imports stay the same for all."""
     import_module("hypothesis")
-    for module in ("scbm.cli.application", *import_module("scbm.cli.main").VERBS.values()):
-        import_module(module)
+    import_module("scbm.cli.application")
+    for entry in import_module("scbm.cli.verb_registry").VERBS.values():
+        import_module(entry.module)
     for package in map(import_module, _PACKAGES):
         for name in package.__all__:
             getattr(package, name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 from functools import wraps
 from importlib import import_module
@@ -11,17 +10,16 @@ from typing import TYPE_CHECKING, Any
 import typer
 import typer.core
 
-from scbm.cli.main import GOOD, INTERRUPTED, VERBS, WRONG_INPUT, write_version
-from scbm.cli.options.command_inputs import inputs_of
+from scbm.cli.main import GOOD, INTERRUPTED, WRONG_INPUT, write_version
 from scbm.cli.options.help_sections import VerbCommand
-from scbm.cli.options.registry_options import with_registry_options
-from scbm.files import protecting
-from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
+from scbm.cli.verb_registry import VERBS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from typer._click import Context
+
+    from scbm.cli.verb_registry import VerbEntry
 
 _USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
 """The class of errors of command lines, whose package depends on the version of typer."""
@@ -51,7 +49,11 @@ def run_verb(arguments: list[str], begin: Callable[[], None]) -> int:
         _application(arguments, begin).main(arguments, prog_name="scbm")
     except SystemExit as end:  # this is how typer ends
         return end.code if isinstance(end.code, int) else GOOD
-    except ScbmError as error:
+    except Exception as error:
+        from scbm.model import ScbmError  # noqa: PLC0415 - the help needs no model
+
+        if not isinstance(error, ScbmError):
+            raise
         from scbm.cli.output.terminal import errors  # noqa: PLC0415 - a good run may not need it
 
         errors().diagnostics(error.diagnostics)
@@ -60,19 +62,23 @@ def run_verb(arguments: list[str], begin: Callable[[], None]) -> int:
 
 
 def _application(arguments: list[str], begin: Callable[[], None]) -> typer.core.TyperGroup:
-    """Return the application with the verb that the arguments name, or with all verbs: loading one is faster."""
+    """Return the application with the verb that the arguments name, or with all verbs, of which the help shows names.
+
+    Only a verb that the arguments name has its options: to import all verbs takes ten times as long as the help.
+    """
     application = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
     application.callback(help=_HELP, epilog=_EPILOG)(_common)
     groups = {name: typer.Typer(help=words, no_args_is_help=True) for name, words in _GROUPS.items()}
     arguments = arguments or _words_to_complete()
     asked = [verb for verb in VERBS if arguments[: len(verb.split())] == verb.split()]
-    for verb in asked or VERBS:
+    for verb, entry in VERBS.items():
+        if asked and verb not in asked:
+            continue
         group, _, name = verb.rpartition(" ")
-        command = with_registry_options(import_module(VERBS[verb]).command)
-        sentence = inspect.getdoc(command)  # typer cuts off what it takes from a docstring itself
         add = (groups[group] if group else application).command
         epilog = f"Documentation: {_PAGE}#scbm-{verb.replace(' ', '-')}"
-        add(name, cls=_Verb, short_help=sentence, epilog=epilog)(_exiting(command, begin))
+        command = _loaded(entry, begin) if asked else _common
+        add(name, cls=_Verb, help=entry.summary, short_help=entry.summary, epilog=epilog)(command)
     for name, group_application in groups.items():
         if not asked or asked[0].startswith(f"{name} "):
             application.add_typer(group_application, name=name)
@@ -81,6 +87,13 @@ def _application(arguments: list[str], begin: Callable[[], None]) -> typer.core.
     if asked:
         _refuse_repeated(built, asked[0], arguments)
     return built
+
+
+def _loaded(entry: VerbEntry, begin: Callable[[], None]) -> Callable[..., None]:
+    """Import a verb, and return its command for typer."""
+    from scbm.cli.options.registry_options import with_registry_options  # noqa: PLC0415 - the help needs none
+
+    return _exiting(with_registry_options(import_module(entry.module).command), begin)
 
 
 def _words_to_complete() -> list[str]:
@@ -114,8 +127,7 @@ def _name_other_verbs(error: Any, verb: str, arguments: list[str]) -> None:  # n
 
 def _options_by_verb() -> dict[str, tuple[str, ...]]:
     """Return the names of the options of each verb, in the order of the help."""
-    application = _application([], lambda: None)
-    options = {verb: _options_of(_command_of(application, verb)) for verb in VERBS}
+    options = {verb: _options_of(_command_of(_application(verb.split(), lambda: None), verb)) for verb in VERBS}
     return {verb: tuple(name for each in found for name in each.opts) for verb, found in options.items()}
 
 
@@ -135,6 +147,8 @@ def _options_of(command: typer.core.TyperCommand) -> list[typer.core.TyperOption
 
 def _refuse_repeated(application: object, verb: str, arguments: list[str]) -> None:
     """Raise `InputError` for options with one value that are given twice: typer would take the last."""
+    from scbm.model import Diagnostic, InputError, Place, Slug  # noqa: PLC0415 - the help needs no model
+
     options = _options_of(_command_of(application, verb))
     given = arguments[len(verb.split()) :]
     before = given[: given.index("--")] if "--" in given else given
@@ -165,6 +179,8 @@ def _common(
 
 def _exiting(command: Callable[..., int], begin: Callable[[], None]) -> Callable[..., None]:
     """Return the command with its result as the exit code of the process."""
+    from scbm.cli.options.command_inputs import inputs_of  # noqa: PLC0415 - the help needs neither
+    from scbm.files import protecting  # noqa: PLC0415 - the same
 
     @wraps(command)
     def call(*args: object, **options: object) -> None:

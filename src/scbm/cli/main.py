@@ -30,30 +30,6 @@ INTERRUPTED = 130
 """The exit code that shells use for Ctrl-C."""
 
 
-VERBS: dict[str, str] = {
-    "init": "scbm.cli.verbs.init",
-    "check": "scbm.cli.verbs.check",
-    "show": "scbm.cli.verbs.show",
-    "plan": "scbm.cli.verbs.plan",
-    "run": "scbm.cli.verbs.run",
-    "test": "scbm.cli.verbs.test",
-    "mutate": "scbm.cli.verbs.mutate",
-    "close": "scbm.cli.verbs.close",
-    "explain": "scbm.cli.verbs.explain",
-    "replay": "scbm.cli.verbs.replay",
-    "trace": "scbm.cli.verbs.trace",
-    "combine": "scbm.cli.verbs.combine",
-    "report": "scbm.cli.verbs.report",
-    "schema": "scbm.cli.verbs.schema",
-    "import pddl": "scbm.cli.verbs.import_pddl",
-    "export pddl": "scbm.cli.verbs.export_pddl",
-    "node controller": "scbm.cli.node_verbs.node_controller",
-    "node resources": "scbm.cli.node_verbs.node_resources",
-    "node tester": "scbm.cli.node_verbs.node_tester",
-}
-"""The module of each verb, in the order of the help. Its function `command` returns an exit code."""
-
-
 ASCII_FORMS = {
     "●": "*", "○": "o", "█": "#", "▓": "+", "░": ".", "■": "=", "⚡": "!", "✗": "x", "✓": "v",
     "│": "|", "┆": ":", "┌": "+", "└": "+", "┘": "+", "─": "-", "→": "->", "←": "<-", "…": "...",

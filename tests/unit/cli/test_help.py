@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from conftest import Ran
-from scbm.cli.main import VERBS
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.verb_registry import VERBS
 
 ROOT = Path(__file__).parents[3]
 COMMAND_LINES = ("", *VERBS)
@@ -43,6 +45,13 @@ def test_help_ends_with_pages_that_exist(verb: str, scbm: Callable[..., Ran]) ->
     pages = re.findall(r"[\w/-]+\.md", help_of(verb, scbm).rpartition("Documentation")[2])
     assert pages
     assert [page for page in pages if not (ROOT / page).is_file()] == []
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_the_registry_has_the_docstring_of_each_verb(verb: str) -> None:
+    described = inspect.getdoc(import_module(VERBS[verb].module).command)
+    assert described is not None
+    assert " ".join(described.split()) == VERBS[verb].summary
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -13,9 +13,9 @@ import pytest
 from typer.models import OptionInfo
 
 from conftest import ROOT, Ran
-from scbm.cli.main import VERBS
 from scbm.cli.options.command_inputs import input_marks
 from scbm.cli.options.registry_options import with_registry_options
+from scbm.cli.verb_registry import VERBS
 from support.wording import Wording, diagnostic_heads
 
 Scbm = Callable[..., Ran]
@@ -65,13 +65,13 @@ IN_PLACE = {("combine", "--out", "store")}
 
 
 def parameters(verb: str) -> dict[str, Any]:
-    command = with_registry_options(import_module(VERBS[verb]).command)
+    command = with_registry_options(import_module(VERBS[verb].module).command)
     return dict(signature(command, eval_str=True).parameters)
 
 
 def outputs(verb: str) -> Iterator[str]:
     """Yield the options of a verb with paths that are not marked as inputs."""
-    marks = input_marks(with_registry_options(import_module(VERBS[verb]).command))
+    marks = input_marks(with_registry_options(import_module(VERBS[verb].module).command))
     for name, parameter in parameters(verb).items():
         kind, *info = get_args(parameter.annotation) or (None,)
         option = next((each for each in info if isinstance(each, OptionInfo)), None)
@@ -175,7 +175,7 @@ def test_a_path_through_a_missing_directory_is_no_other_file(command: str, name:
 
 def test_each_verb_with_inputs_and_outputs_is_tested_with_all_of_them() -> None:
     for verb in VERBS:
-        marks = input_marks(with_registry_options(import_module(VERBS[verb]).command))
+        marks = input_marks(with_registry_options(import_module(VERBS[verb].module).command))
         if marks and list(outputs(verb)):
             assert verb in COMMANDS
             assert len(marks) <= COMMANDS[verb].count("{")

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from conftest import Ran
-from scbm.cli.main import VERBS, _is_interruption
+from scbm.cli.main import _is_interruption
+from scbm.cli.verb_registry import VERBS
 from support.profiles import share
 
 ROOT = Path(__file__).parents[3]
