@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 from scbm.cases.coverage import Aspect
 from scbm.cases.trace import OperationStepped, RunStarted
 from scbm.closing import Closer
-from scbm.closing.mutants.equivalences import Equivalences
-from scbm.closing.mutants.mutant_decisions import EquivalentMutant
 from scbm.files import write_model
 from scbm.model import InputError, OperationState
+from scbm.mutation import MutationRuns, mutants_of
+from scbm.mutation.equivalence.equivalences import Equivalences
+from scbm.mutation.equivalence.mutant_decisions import EquivalentMutant
 from scbm.testing import RandomCases, Tester
-from scbm.testing.mutants import MutationRuns, mutants_of
 from scbm.testing.recorded_results import goals_to_record
 from scbm.testing.verdicts import FailureKind
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, RecordedGoal
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel, Value
-    from scbm.testing.mutants import Mutant, MutantUnderTest
+    from scbm.mutation import Mutant, MutantUnderTest
     from scbm.testing.tester import Execution
 
 ORACLES = ("each difference", "requirements", "built-ins", "recorded")

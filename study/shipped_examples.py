@@ -18,8 +18,8 @@ sys.path[:0] = [str(ROOT / "study")]
 from kill_matrix import ORACLES, OriginalRuns, mutant_row  # noqa: E402 - found by the path above
 
 from scbm.files import load_model, open_case  # noqa: E402 - likewise
+from scbm.mutation import MutationRuns, mutants_of  # noqa: E402 - likewise
 from scbm.testing import RandomCases, Tester  # noqa: E402 - likewise
-from scbm.testing.mutants import MutationRuns, mutants_of  # noqa: E402 - likewise
 from scbm.testing.written_cases import find_case_files  # noqa: E402 - likewise
 
 EXAMPLES = {

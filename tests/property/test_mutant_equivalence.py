@@ -8,10 +8,10 @@ from random import Random
 
 import pytest
 
-from scbm.closing.mutants.equivalences import Equivalences
-from scbm.closing.mutants.mutant_decisions import DifferentMutant, EquivalentMutant
 from scbm.model import BehaviorModel, GoalOrder, RunsDeclaration
-from scbm.testing.mutants.mutations import mutants_of
+from scbm.mutation import mutants_of
+from scbm.mutation.equivalence.equivalences import Equivalences
+from scbm.mutation.equivalence.mutant_decisions import DifferentMutant, EquivalentMutant
 from support.lockstep import compare_runs
 from support.opened_models import opened
 from support.profiles import share, slow_beyond

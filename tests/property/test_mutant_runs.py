@@ -14,8 +14,8 @@ from scbm.cases.trace import Changes, Record, RunnerStarted, RunStarted
 from scbm.files import load_model
 from scbm.model import BehaviorModel
 from scbm.model.predicates import TRUE
+from scbm.mutation import MutationRuns, mutants_of
 from scbm.testing import Execution, RandomCases, Tester, load_suite
-from scbm.testing.mutants import MutationRuns, mutants_of
 from support.profiles import share, slow_beyond
 from support.random_models import random_model
 from support.two_robots import two_robots

@@ -9,7 +9,7 @@ import pytest
 
 from scbm.files import load_model, read_model, write_model
 from scbm.model import BehaviorModel
-from scbm.testing.mutants import mutants_of
+from scbm.mutation import mutants_of
 from support.profiles import share, slow_beyond, slow_where
 from support.random_models import random_model
 

@@ -13,8 +13,8 @@ from scbm.closing import CloseLimits
 from scbm.closing.decisions import RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.model import BehaviorModel, GoalOrder, InputError, RunsDeclaration
+from scbm.mutation import mutants_of
 from scbm.testing import Campaign, Execution, FailureKind, RandomCases, Tester
-from scbm.testing.mutants.mutations import mutants_of
 from support.closings import closing_of
 from support.opened_models import opened
 from support.profiles import share, slow_beyond

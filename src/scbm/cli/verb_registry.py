@@ -37,7 +37,7 @@ VERBS: dict[str, VerbEntry] = {
         "Run case files and random cases, judge them, and report their coverage of the model.",
     ),
     "mutate": VerbEntry(
-        "scbm.cli.verbs.mutate",
+        "scbm.mutation.mutate",
         "Change the model in one small way at a time, and report which changes its cases notice.",
     ),
     "close": VerbEntry(

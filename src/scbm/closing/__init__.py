@@ -7,13 +7,6 @@ from scbm.model.lazy_exports import lazy_exports
 if TYPE_CHECKING:
     from scbm.closing.closer import Closer
     from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Suggestion, SuggestionKind
-    from scbm.closing.mutants.equivalences import Equivalences
-    from scbm.closing.mutants.mutant_decisions import (
-        DifferentMutant,
-        EquivalentMutant,
-        MutantDecision,
-        UndecidedMutant,
-    )
     from scbm.closing.runs.all_runs import CloseLimits
 
 __all__ = [
@@ -23,13 +16,8 @@ __all__ = [
     "ClosingCase",
     "Decided",
     "Decision",
-    "DifferentMutant",
-    "Equivalences",
-    "EquivalentMutant",
-    "MutantDecision",
     "Suggestion",
     "SuggestionKind",
-    "UndecidedMutant",
 ]
 
 __getattr__ = lazy_exports(
@@ -37,8 +25,6 @@ __getattr__ = lazy_exports(
     {
         "closer": "Closer",
         "decisions": "Closing ClosingCase Decided Decision Suggestion SuggestionKind",
-        "mutants.equivalences": "Equivalences",
-        "mutants.mutant_decisions": "DifferentMutant EquivalentMutant MutantDecision UndecidedMutant",
         "runs.all_runs": "CloseLimits",
     },
 )

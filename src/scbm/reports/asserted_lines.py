@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect
+from scbm.cases.coverage import Aspect, Assertion
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
-from scbm.testing import mutants
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.testing.mutants import AssertedObligations, AssertionEvidence
+    from scbm.cases.coverage import AssertedObligations, AssertionEvidence
 
 MAX_LISTED = 40
 """Maximum number of operations and automatic transitions that the terminal lists; the page and the JSON have all."""
@@ -25,7 +24,7 @@ _ASPECTS_INDENT = 4
 
 def asserted_words(found: AssertedObligations) -> str:
     """Return how many visited obligations have each answer."""
-    asserted, nothing, unknown = (len(found.with_answer(answer)) for answer in mutants.Assertion)
+    asserted, nothing, unknown = (len(found.with_answer(answer)) for answer in Assertion)
     return f"{asserted} asserted, {nothing} with nothing asserted, {unknown} unknown of {len(found.entries)} visited"
 
 
@@ -58,7 +57,7 @@ def unasserted_lines(evidence: AssertionEvidence, columns: int = DEFAULT_COLUMNS
             yield Text()
             yield command_text("  ", command, "finds what these cases assert")
         return
-    entries = evidence.found.with_answer(mutants.Assertion.NOTHING_ASSERTED)
+    entries = evidence.found.with_answer(Assertion.NOTHING_ASSERTED)
     if not entries:
         return
     yield Text()
@@ -90,9 +89,7 @@ def asserted_json(evidence: AssertionEvidence) -> dict[str, Any]:
         "percent": figure.percent,
         "asserted": figure.visited,
         "of": figure.of,
-        "counts": {
-            answer.value: 0 if found is None else len(found.with_answer(answer)) for answer in mutants.Assertion
-        },
+        "counts": {answer.value: 0 if found is None else len(found.with_answer(answer)) for answer in Assertion},
         "why_none": evidence.why_none or None,
         "obligations": [
             {

@@ -26,17 +26,18 @@ if TYPE_CHECKING:
     )
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import (
+        OPERATORS_VERSION,
         RECORDED,
         VERDICTS,
         MutatedSuite,
         StoredMutant,
         StoredMutation,
         basis_of,
-        covers_limits,
-        limits_text,
+        read_limits,
     )
 
 __all__ = [
+    "OPERATORS_VERSION",
     "RECORDED",
     "VERDICTS",
     "Combined",
@@ -59,13 +60,12 @@ __all__ = [
     "basis_of",
     "begin_run",
     "combine_stores",
-    "covers_limits",
     "digest_of",
     "drawn_recipe",
     "key_of",
-    "limits_text",
     "network_words",
     "read_history",
+    "read_limits",
     "sayable",
     "time_now",
     "write_mutants",
@@ -84,7 +84,7 @@ __getattr__ = lazy_exports(
         "store_writer": "MutantWriter StoreFigures StoreWriter begin_run time_now write_mutants write_store",
         "stored_evidence": "StoredCertificate",
         "stored_mutants": (
-            "RECORDED VERDICTS MutatedSuite StoredMutant StoredMutation basis_of covers_limits limits_text"
+            "OPERATORS_VERSION RECORDED VERDICTS MutatedSuite StoredMutant StoredMutation basis_of read_limits"
         ),
     },
 )

@@ -20,12 +20,11 @@ from scbm.model import FIRST_PLANNER
 from scbm.store.stored_mutants import find_evidence
 
 if TYPE_CHECKING:
-    from scbm.cases.coverage import ObjectListVisits, Obligation
+    from scbm.cases.coverage import AssertionEvidence, ObjectListVisits, Obligation
     from scbm.model import BehaviorModel, Waiver
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import StoredMutation
     from scbm.testing import Excuse, Verdict
-    from scbm.testing.mutants import AssertionEvidence
 
 
 _KEY_BYTES = 16

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
+from scbm.cases.coverage import MutantStatus
 from scbm.store.stored_mutants import KEY_BYTES, MutatedSuite, StoredMutant, StoredMutation, read_limits
-from scbm.testing.mutants import MutantStatus
 
 if TYPE_CHECKING:
     import sqlite3

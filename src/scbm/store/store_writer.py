@@ -12,7 +12,15 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
-from scbm.cases.coverage import Coverage, LiftedStatuses, Obligations, Statuses
+from scbm.cases.coverage import (
+    NO_MUTANTS,
+    AssertionEvidence,
+    Coverage,
+    LiftedStatuses,
+    MutantStatus,
+    Obligations,
+    Statuses,
+)
 from scbm.cases.trace import End
 from scbm.files import digest_of
 from scbm.model import Slug
@@ -35,7 +43,6 @@ from scbm.store.store_file import (
 )
 from scbm.store.store_tables import CaseRow, Tables, VisitTotals, time_text
 from scbm.store.stored_mutants import basis_of, find_evidence
-from scbm.testing.mutants import NO_MUTANTS, AssertionEvidence, MutantStatus
 
 if TYPE_CHECKING:
     import sqlite3

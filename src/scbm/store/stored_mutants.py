@@ -9,26 +9,15 @@ from hashlib import sha256
 from typing import TYPE_CHECKING
 
 from scbm import __version__
-from scbm.files import read_case, write_case, write_model
+from scbm.cases.coverage import NO_MUTANTS, AssertedObligations, AssertionEvidence, MutantNotice, MutantStatus
+from scbm.files import write_model
 from scbm.model.json_reader import convert_json, read_json
-from scbm.testing.mutants import (
-    NO_MUTANTS,
-    OPERATORS_VERSION,
-    AssertedObligations,
-    AssertionEvidence,
-    MutantNotice,
-    MutantResult,
-    MutantStatus,
-)
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Sequence
 
-    from _typeshed import DataclassInstance
-
     from scbm.cases.coverage import Obligations
     from scbm.model import BehaviorModel
-    from scbm.testing.mutants import Mutant
 
 KEY_BYTES = 16
 
@@ -40,6 +29,11 @@ VERDICTS = "verdicts"
 
 RECORDED = "recorded"
 """The oracle `--oracle recorded`: verdicts of the cases, each with the recorded result of the original."""
+
+OPERATORS_VERSION = 2
+"""The version of the mutation operators. A new operator raises it, and so does a change after which an operator makes
+other mutants of some model, or gives them other names: results of the operators before do not count any more.
+"""
 
 MADE_BY = f"scbm {__version__}, operators {OPERATORS_VERSION}"
 """The versions that decide the results of mutants beside models and cases. Results of other versions do not count."""
@@ -81,9 +75,17 @@ class StoredMutant:
 
     Attributes:
         name: its name.
-        status, case, reason, runs, skipped, is_benign, is_killable, belongs, noticed: as in `MutantResult`.
+        status: its status.
+        case: the name of the first case that killed it; empty if none did.
+        reason: why that case failed, or why the mutant is undecided, or its witness does not kill it.
+        runs: the number of cases that were run.
+        skipped: the number of cases whose run could not differ.
+        belongs: the obligations that it belongs to, as bits.
+        noticed: of these the ones that a case visits which kills it.
         limits: the limits of the search for a proof or a witness, as text; `None` if there was no search.
         witness: the witness as YAML; `None` if there is none.
+        is_benign: whether it breaks no requirement in the run of the witness that the original keeps there.
+        is_killable: whether the witness fails on it.
     """
 
     name: str
@@ -98,29 +100,6 @@ class StoredMutant:
     witness: str | None = None
     is_benign: bool = False
     is_killable: bool = False
-
-    @staticmethod
-    def of(result: MutantResult, model: BehaviorModel, limits: str | None) -> StoredMutant:
-        """Return what a store keeps of a result.
-
-        Args:
-            result: the result.
-            model: the original.
-            limits: the limits under which it was decided; `None` if it was not.
-        """
-        witness = None if result.witness is None else write_case(result.witness, model, None)
-        return StoredMutant(
-            result.mutant.name, result.status, result.case, result.reason, result.runs, result.skipped,
-            result.belongs, result.noticed, limits, witness, result.is_benign, result.is_killable,
-        )  # fmt: skip
-
-    def result(self, mutant: Mutant, model: BehaviorModel) -> MutantResult:
-        """Return the result of the mutant with this name. Raise `InputError` if its witness cannot be read."""
-        witness = None if self.witness is None else read_case(self.witness, model, self.name)
-        return MutantResult(
-            mutant, self.status, self.case, self.reason, self.runs, self.skipped,
-            witness, self.is_benign, self.is_killable, self.belongs, self.noticed,
-        )  # fmt: skip
 
     def decided_by(self, other: StoredMutant) -> StoredMutant:
         """Return this result of a mutant that no case killed with the decision of another suite about it."""
@@ -158,11 +137,6 @@ def basis_of(model: BehaviorModel) -> str:
     return sha256(write_model(replace(model, resources=resources, waivers=())).encode()).hexdigest()
 
 
-def limits_text(limits: DataclassInstance) -> str:
-    """Return limits as text."""
-    return json.dumps(asdict(limits), sort_keys=True)
-
-
 _SHOWN = (MutantStatus.KILLED, MutantStatus.SURVIVED, MutantStatus.EQUIVALENT, MutantStatus.UNDECIDED)
 """The statuses in the order of reports."""
 
@@ -181,14 +155,8 @@ def mutations_in_words(mutations: Sequence[StoredMutation]) -> str:
 
 
 def read_limits(text: str) -> dict[str, int]:
-    """Return the limits in a text of `limits_text`. Raise `JsonError` for another text, as after damage of a store."""
+    """Return the limits in the text of a row. Raise `JsonError` for another text, as after damage of a store."""
     return convert_json(read_json(text, _MAX_LIMITS_CHARACTERS), dict[str, int])
-
-
-def covers_limits(known: str, wanted: str) -> bool:
-    """Return whether no limit of `known` is smaller than in `wanted`; both are texts of `limits_text`."""
-    have, need = read_limits(known), read_limits(wanted)
-    return have.keys() == need.keys() and all(have[name] >= need[name] for name in need)
 
 
 def find_evidence(

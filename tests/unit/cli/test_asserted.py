@@ -12,10 +12,11 @@ from typing import Any
 import pytest
 
 from conftest import Ran
-from scbm.closing.mutants.equivalences import Survivors
+from scbm.cases.coverage import MutantStatus
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.testing.batches.mutation_work import MutationWork
-from scbm.testing.mutants import MUTATIONS, MutantResult, MutantStatus, MutationRuns
+from scbm.mutation import MUTATIONS, MutantResult, MutationRuns
+from scbm.mutation.equivalence.equivalences import Survivors
+from scbm.mutation.mutation_work import MutationWork
 from support.wording import Wording, diagnostic_heads, paragraphs
 
 GATE = """behavior_model: gate

@@ -107,7 +107,7 @@ UNUSED = {
                 "scbm.closing.closer",
                 "scbm.nodes.buses.bus",
                 "scbm.proofcheck.runs_check",
-                "scbm.testing.mutants.mutation",
+                "scbm.mutation",
             },
             marks=pytest.mark.slow,
         ),
@@ -120,7 +120,7 @@ UNUSED = {
                 "scbm.files.codec.case_keys",
                 "scbm.files.goal_editing",
                 "scbm.proofcheck.runs_check",
-                "scbm.testing.mutants",
+                "scbm.mutation",
             },
             marks=pytest.mark.slow,
         ),
@@ -145,7 +145,7 @@ LATE = (
     "scbm.reports",
     "scbm.store",
     "scbm.testing",
-    "scbm.testing.mutants",
+    "scbm.mutation",
 )
 """Packages that import their names late; the ones that import most come last."""
 

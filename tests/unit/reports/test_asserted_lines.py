@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation
+from scbm.cases.coverage import (
+    STATE_ASPECTS,
+    Aspect,
+    AssertedObligation,
+    AssertedObligations,
+    AssertionEvidence,
+    Obligation,
+)
 from scbm.reports.asserted_lines import MAX_LISTED, asserted_line, unasserted_lines
-from scbm.testing.mutants import AssertedObligation, AssertedObligations, AssertionEvidence
 from support.wording import Wording
 
 

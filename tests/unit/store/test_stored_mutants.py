@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from scbm.cases.coverage import Aspect
+from scbm.cases.coverage import Aspect, Assertion, MutantStatus
 from scbm.model import InputError, Slug
 from scbm.store import (
     VERDICTS,
@@ -23,7 +23,6 @@ from scbm.store import (
     read_history,
     write_mutants,
 )
-from scbm.testing.mutants import Assertion, MutantStatus
 from support.stores import cell, results, store
 from support.wording import Wording
 

@@ -8,8 +8,8 @@ import pytest
 from kill_matrix import ORACLES, KillMatrix, MutantRow, OriginalRuns, mutant_row, operator_weights, sample
 from subjects import generated_model
 
+from scbm.mutation import MutationRuns, mutants_of
 from scbm.testing import RandomCases, Tester
-from scbm.testing.mutants import MutationRuns, mutants_of
 from scbm.testing.recorded_results import goals_to_record
 from scbm.testing.verdicts import FailureKind
 

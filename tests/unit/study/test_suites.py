@@ -7,7 +7,7 @@ from random import Random
 from kill_matrix import CaseFacts, sample
 from suites import chosen_suites, completed, random_suites, requests_of, suites_of_requests, visited_by
 
-from scbm.testing.mutants import mutants_of
+from scbm.mutation import mutants_of
 from support.models import scan_cell
 
 RANDOM = Random(1)

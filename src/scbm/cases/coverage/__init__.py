@@ -8,6 +8,15 @@ from typing import TYPE_CHECKING
 from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from scbm.cases.coverage.asserted_obligations import (
+        NO_MUTANTS,
+        AssertedObligation,
+        AssertedObligations,
+        Assertion,
+        AssertionEvidence,
+        MutantNotice,
+        MutantStatus,
+    )
     from scbm.cases.coverage.lifted_obligations import (
         InstanceFolds,
         LiftedStatus,
@@ -59,8 +68,13 @@ __all__ = [
     "FORCED_NOTE",
     "KINDS",
     "LIFTED",
+    "NO_MUTANTS",
     "STATE_ASPECTS",
     "Aspect",
+    "AssertedObligation",
+    "AssertedObligations",
+    "Assertion",
+    "AssertionEvidence",
     "Cover",
     "Coverage",
     "Decision",
@@ -69,6 +83,8 @@ __all__ = [
     "InstanceFolds",
     "LiftedStatus",
     "LiftedStatuses",
+    "MutantNotice",
+    "MutantStatus",
     "ObjectListVisits",
     "Obligation",
     "ObligationStatus",
@@ -96,6 +112,9 @@ __all__ = [
 __getattr__ = lazy_exports(
     __name__,
     {
+        "asserted_obligations": (
+            "NO_MUTANTS AssertedObligation AssertedObligations Assertion AssertionEvidence MutantNotice MutantStatus"
+        ),
         "lifted_obligations": (
             "InstanceFolds LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of lifted_names"
         ),

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator
     from pathlib import Path
 
+    from scbm.cases.coverage import AssertionEvidence
     from scbm.cli.campaigns.store_keeper import Keeper, Since
     from scbm.cli.campaigns.suite import Suite
     from scbm.nodes.event_log import EventLog
     from scbm.testing import CaseResult, Execution
     from scbm.testing.batches.campaign_runs import CampaignStep
-    from scbm.testing.mutants import AssertionEvidence
 
 _SLOW = 500
 """Minimum number of simulated cases for a progress bar on a terminal; over nodes there always is one."""

@@ -25,14 +25,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.cases import Case, Network
-    from scbm.cases.coverage import Coverage
+    from scbm.cases.coverage import AssertionEvidence, Coverage
     from scbm.closing.certificate_files import CheckedCertificate
     from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel
     from scbm.nodes.event_log import EventLog
     from scbm.store import Recipe, StoreFigures, StoreWriter
     from scbm.testing import CaseResult, WrittenCase
-    from scbm.testing.mutants import AssertionEvidence
 
 
 @contextmanager

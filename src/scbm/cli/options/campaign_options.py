@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from scbm.cases.coverage import Coverage, Figure, LiftedStatuses
+    from scbm.cases.coverage import AssertionEvidence, Coverage, Figure, LiftedStatuses
     from scbm.testing.batches.campaign_runs import Executor
-    from scbm.testing.mutants import AssertionEvidence
 
 
 _ALL_PERCENT = 100
@@ -112,7 +111,7 @@ def meets_thresholds(
 
 
 def _unasserted_sentence(threshold: Threshold, evidence: AssertionEvidence | None) -> str:
-    from scbm.testing.mutants import NO_MUTANTS  # noqa: PLC0415 - only stores have results of mutants
+    from scbm.cases.coverage import NO_MUTANTS  # noqa: PLC0415 - only stores have results of mutants
 
     wanted = f"{FAIL_UNDER} {ASSERTED}={threshold.percent:g} cannot be met."
     if evidence is None or evidence.found is None:

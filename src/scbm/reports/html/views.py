@@ -13,6 +13,7 @@ from markupsafe import Markup, escape
 from scbm.cases.coverage import (
     STATE_ASPECTS,
     Aspect,
+    Assertion,
     Decision,
     InstanceFolds,
     Obligation,
@@ -30,19 +31,25 @@ from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
-from scbm.testing.mutants import Assertion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.cases.coverage import Figure, GrowthStep, LiftedStatuses, Statuses
+    from scbm.cases.coverage import (
+        AssertedObligation,
+        AssertedObligations,
+        AssertionEvidence,
+        Figure,
+        GrowthStep,
+        LiftedStatuses,
+        Statuses,
+    )
     from scbm.model import Operation, Transition
     from scbm.reports.ci.marked_lines import MarkedLine
     from scbm.reports.html.entries import MissedGroup
     from scbm.reports.html.page import Visitors
     from scbm.reports.missed_reasons import Missed
     from scbm.store import History, StoredRun
-    from scbm.testing.mutants import AssertedObligation, AssertedObligations, AssertionEvidence
 
 _FIRST = 5
 """Maximum number of cases listed beside an aspect or a finding; the list of cases has all."""

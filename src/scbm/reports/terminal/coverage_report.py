@@ -38,13 +38,12 @@ from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases.coverage import Coverage
+    from scbm.cases.coverage import AssertionEvidence, Coverage
     from scbm.model import BehaviorModel
     from scbm.reports.cover_advice import CoverAdvice
     from scbm.reports.missed_reasons import Missed
     from scbm.testing import Answers, Campaign, Finding
     from scbm.testing.cases_over_nodes import ExcludedVariable
-    from scbm.testing.mutants import AssertionEvidence
 
 
 def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has

@@ -1,0 +1,154 @@
+"""`scbm mutate --store`: takes results of mutants from a coverage store, and adds new ones at once (decision 52)."""
+
+from __future__ import annotations
+
+import json
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage import MutantStatus
+from scbm.cli.campaigns.store_keeper import recipe_of
+from scbm.files import read_case, write_case
+from scbm.mutation.distinct_mutants import mutants_of
+from scbm.mutation.mutant_results import MutantResult
+from scbm.planning import planner_of_random_runs
+from scbm.reports import counted
+from scbm.store import (
+    RECORDED,
+    VERDICTS,
+    MutantWriter,
+    MutatedSuite,
+    StoredMutant,
+    basis_of,
+    digest_of,
+    key_of,
+    network_words,
+    read_limits,
+    time_now,
+    write_mutants,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    from scbm.cli.campaigns.suite import Suite
+    from scbm.closing import CloseLimits
+    from scbm.model import BehaviorModel
+    from scbm.mutation.mutants import Mutant
+
+
+@contextmanager
+def keeping_mutants(path: Path, suite: Suite, limits: CloseLimits | None, *, records: bool) -> Iterator[MutantKeeper]:
+    """Return a keeper for the results of mutants of a suite. Raise `InputError` if the store cannot be used.
+
+    Args:
+        path: the store.
+        suite: the cases, with the model.
+        limits: the limits for deciding about mutants that no case killed; `None` does not decide about them.
+        records: whether a case also fails if it does something else than on the model.
+    """
+    model = suite.model
+    oracle = RECORDED if records else VERDICTS
+    count = sum(1 for _ in mutants_of(model))
+    mutated = MutatedSuite(basis_of(model), oracle, _case_keys(suite), count, time_now())
+    with write_mutants(path, model, mutated) as writer:
+        yield MutantKeeper(writer, model, None if limits is None else json.dumps(asdict(limits), sort_keys=True))
+
+
+def _case_keys(suite: Suite) -> tuple[bytes, ...]:
+    """Return the keys that a store gives to the cases of a suite, in ascending order."""
+    digest, words = digest_of(suite.model), network_words(suite.network)
+    planner = planner_of_random_runs(suite.model).words
+    recipes = (recipe_of(case, None, suite.by_name, words, suite.model) for case in suite.work.cases())
+    return tuple(sorted(dict.fromkeys(key_of(recipe, digest, planner) for recipe in recipes)))
+
+
+class MutantKeeper:
+    """Gives the results of mutants that a store has, and adds new ones.
+
+    Attributes:
+        added: the names of the mutants whose results were added or changed.
+    """
+
+    def __init__(self, writer: MutantWriter, model: BehaviorModel, limits: str | None) -> None:
+        self._writer = writer
+        self._model = model
+        self._limits = limits
+        self.added: dict[str, None] = {}
+
+    @property
+    def known_in_words(self) -> str:
+        """The number of results that the store has for this suite, as a sentence."""
+        count = len(self._writer.known)
+        return f"the results of {counted(count, 'mutant')}" if count else "no result of these cases"
+
+    def ran(self, mutants: Iterable[Mutant]) -> dict[str, MutantResult]:
+        """Return what the cases did on those of some mutants that the store has, by their names.
+
+        Decisions about mutants that no case killed are left out.
+        """
+        known = self._writer.known
+        return {m.name: self._ran(known[m.name], m) for m in mutants if m.name in known}
+
+    def _ran(self, stored: StoredMutant, mutant: Mutant) -> MutantResult:
+        if stored.status is not MutantStatus.KILLED:
+            stored = replace(
+                stored, status=MutantStatus.UNDECIDED, reason="", witness=None, is_benign=False, is_killable=False
+            )
+        return self._result(stored, mutant)
+
+    def decided(self, result: MutantResult) -> MutantResult | None:
+        """Return the result of a mutant that no case killed with the decision in the store; `None` if it has none.
+
+        A decision under larger limits counts, too: it was looked for at least as long.
+        """
+        wanted = self._limits or ""
+        found = self._writer.decisions.get(result.mutant.name, {})
+        larger = [stored for limits, stored in found.items() if wanted and _covers(limits, wanted)]
+        stored = found.get(wanted) or max(larger, key=lambda each: each.rank, default=None)
+        if stored is None:
+            return None
+        decided = self._stored(result, None).decided_by(stored)
+        self._add(decided)
+        return self._result(decided, result.mutant)
+
+    def add(self, result: MutantResult, *, is_decided: bool) -> None:
+        """Add a result. Raise `InputError` if the store cannot be written.
+
+        Args:
+            result: the result.
+            is_decided: whether a proof or a witness was looked for.
+        """
+        self._add(self._stored(result, self._limits if is_decided else None))
+
+    def _add(self, stored: StoredMutant) -> None:
+        known = self._writer.known.get(stored.name)
+        if known == stored:
+            return
+        self._writer.add(stored)
+        self._writer.known[stored.name] = stored
+        self.added[stored.name] = None
+
+    def _stored(self, result: MutantResult, limits: str | None) -> StoredMutant:
+        """Return what the store keeps of a result; `limits` are those of its decision, or `None` without one."""
+        witness = None if result.witness is None else write_case(result.witness, self._model, None)
+        return StoredMutant(
+            result.mutant.name, result.status, result.case, result.reason, result.runs, result.skipped,
+            result.belongs, result.noticed, limits, witness, result.is_benign, result.is_killable,
+        )  # fmt: skip
+
+    def _result(self, stored: StoredMutant, mutant: Mutant) -> MutantResult:
+        """Return the result of a mutant that the store has. Raise `InputError` if its witness cannot be read."""
+        witness = None if stored.witness is None else read_case(stored.witness, self._model, stored.name)
+        return MutantResult(
+            mutant, stored.status, stored.case, stored.reason, stored.runs, stored.skipped,
+            witness, stored.is_benign, stored.is_killable, stored.belongs, stored.noticed,
+        )  # fmt: skip
+
+
+def _covers(known: str, wanted: str) -> bool:
+    """Return whether no limit of `known` is smaller than in `wanted`; both are texts of limits."""
+    have, need = read_limits(known), read_limits(wanted)
+    return have.keys() == need.keys() and all(have[name] >= need[name] for name in need)
