@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import MutantStatus
 from scbm.cli.campaigns.store_keeper import recipe_of
-from scbm.files import read_case, write_case
 from scbm.mutation.distinct_mutants import mutants_of
 from scbm.mutation.mutant_results import MutantResult
 from scbm.planning import planner_of_random_runs
@@ -97,7 +96,7 @@ class MutantKeeper:
             stored = replace(
                 stored, status=MutantStatus.UNDECIDED, reason="", witness=None, is_benign=False, is_killable=False
             )
-        return self._result(stored, mutant)
+        return MutantResult.of_stored(stored, mutant, self._model)
 
     def decided(self, result: MutantResult) -> MutantResult | None:
         """Return the result of a mutant that no case killed with the decision in the store; `None` if it has none.
@@ -110,9 +109,9 @@ class MutantKeeper:
         stored = found.get(wanted) or max(larger, key=lambda each: each.rank, default=None)
         if stored is None:
             return None
-        decided = self._stored(result, None).decided_by(stored)
+        decided = result.stored(self._model).decided_by(stored)
         self._add(decided)
-        return self._result(decided, result.mutant)
+        return MutantResult.of_stored(decided, result.mutant, self._model)
 
     def add(self, result: MutantResult, *, is_decided: bool) -> None:
         """Add a result. Raise `InputError` if the store cannot be written.
@@ -121,7 +120,7 @@ class MutantKeeper:
             result: the result.
             is_decided: whether a proof or a witness was looked for.
         """
-        self._add(self._stored(result, self._limits if is_decided else None))
+        self._add(result.stored(self._model, self._limits if is_decided else None))
 
     def _add(self, stored: StoredMutant) -> None:
         known = self._writer.known.get(stored.name)
@@ -130,22 +129,6 @@ class MutantKeeper:
         self._writer.add(stored)
         self._writer.known[stored.name] = stored
         self.added[stored.name] = None
-
-    def _stored(self, result: MutantResult, limits: str | None) -> StoredMutant:
-        """Return what the store keeps of a result; `limits` are those of its decision, or `None` without one."""
-        witness = None if result.witness is None else write_case(result.witness, self._model, None)
-        return StoredMutant(
-            result.mutant.name, result.status, result.case, result.reason, result.runs, result.skipped,
-            result.belongs, result.noticed, limits, witness, result.is_benign, result.is_killable,
-        )  # fmt: skip
-
-    def _result(self, stored: StoredMutant, mutant: Mutant) -> MutantResult:
-        """Return the result of a mutant that the store has. Raise `InputError` if its witness cannot be read."""
-        witness = None if stored.witness is None else read_case(stored.witness, self._model, stored.name)
-        return MutantResult(
-            mutant, stored.status, stored.case, stored.reason, stored.runs, stored.skipped,
-            witness, stored.is_benign, stored.is_killable, stored.belongs, stored.noticed,
-        )  # fmt: skip
 
 
 def _covers(known: str, wanted: str) -> bool:

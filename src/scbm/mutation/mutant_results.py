@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Figure, MutantStatus
+from scbm.files import read_case, write_case
+from scbm.store import StoredMutant
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from scbm.cases import Case
+    from scbm.model import BehaviorModel
     from scbm.mutation.mutants import Mutant
 
 
@@ -44,46 +48,50 @@ class MutantResult:
     belongs: int = 0
     noticed: int = 0
 
+    def stored(self, model: BehaviorModel, limits: str | None = None) -> StoredMutant:
+        """Return the result as a store and other processes have it: with the name of the mutant.
+
+        Args:
+            model: the original.
+            limits: the limits under which it was decided, as text; `None` if it was not.
+        """
+        witness = None if self.witness is None else write_case(self.witness, model, None)
+        return StoredMutant(
+            self.mutant.name, self.status, self.case, self.reason, self.runs, self.skipped,
+            self.belongs, self.noticed, limits, witness, self.is_benign, self.is_killable,
+        )  # fmt: skip
+
+    @staticmethod
+    def of_stored(stored: StoredMutant, mutant: Mutant, model: BehaviorModel) -> MutantResult:
+        """Return the result of the mutant with this name. Raise `InputError` if its witness cannot be read."""
+        witness = None if stored.witness is None else read_case(stored.witness, model, stored.name)
+        return MutantResult(
+            mutant, stored.status, stored.case, stored.reason, stored.runs, stored.skipped,
+            witness, stored.is_benign, stored.is_killable, stored.belongs, stored.noticed,
+        )  # fmt: skip
+
 
 @dataclass(frozen=True, slots=True)
 class MutantCounts:
-    """The number of mutants with each status.
+    """The number of mutants with each status."""
 
-    Attributes:
-        killed, equivalent, survived, undecided: the number of mutants with that status.
-    """
-
-    killed: int = 0
-    equivalent: int = 0
-    survived: int = 0
-    undecided: int = 0
+    by_status: Mapping[MutantStatus, int]
 
     @staticmethod
     def of(results: Iterable[MutantResult]) -> MutantCounts:
         """Count the statuses of results."""
-        counts = dict.fromkeys(MutantStatus, 0)
-        for result in results:
-            counts[result.status] += 1
-        return MutantCounts(**{status.value: count for status, count in counts.items()})
+        return MutantCounts(Counter(result.status for result in results))
 
     def of_status(self, status: MutantStatus) -> int:
         """Return the number of mutants with a status."""
-        match status:
-            case MutantStatus.KILLED:
-                return self.killed
-            case MutantStatus.EQUIVALENT:
-                return self.equivalent
-            case MutantStatus.SURVIVED:
-                return self.survived
-            case MutantStatus.UNDECIDED:
-                return self.undecided
+        return self.by_status.get(status, 0)
 
     @property
     def total(self) -> int:
         """The number of mutants."""
-        return self.killed + self.equivalent + self.survived + self.undecided
+        return sum(self.by_status.values())
 
     @property
     def score(self) -> Figure:
         """The killed mutants among all that are not equivalent; undecided ones count as not killed."""
-        return Figure(self.killed, self.total - self.equivalent)
+        return Figure(self.of_status(MutantStatus.KILLED), self.total - self.of_status(MutantStatus.EQUIVALENT))

@@ -19,6 +19,7 @@ from scbm.mutation.mutation_campaign import (
     read_oracle,
     read_score,
 )
+from scbm.mutation.mutation_work import MutationWork
 
 
 def command(
@@ -110,5 +111,6 @@ def command(
     limits = CloseLimits(max_states, planning=max_planning) if equivalence else None
     if equivalence and not suite.model.goals:
         errors().prose(f"{model}: no mutant is proved equivalent: proofs are about goals of the model, and it has none")
-    asked = MutationOptions(chosen, entries, jobs, records, limits, store)
-    return carry_out_mutants(suite, asked, MutationOutput(thresholds, witnesses, html, sarif, json))
+    work = MutationWork(suite.work, chosen, entries, records, finds_visitors=store is not None)
+    output = MutationOutput(thresholds, witnesses, html, sarif, json)
+    return carry_out_mutants(suite, work, MutationOptions(jobs, limits, store), output)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, replace
 from os.path import lexists
@@ -10,7 +9,9 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import MutantStatus
 from scbm.cli.main import INTERRUPTED
+from scbm.cli.options.campaign_options import read_percentages
 from scbm.cli.options.option_errors import option_error
+from scbm.cli.options.verb_options import FAIL_UNDER
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.closing.interruption import Interruption
 from scbm.files import load_located, read_file, suggestion
@@ -18,7 +19,6 @@ from scbm.files.file_writer import has_text
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.mutation.equivalence.equivalences import Survivors
 from scbm.mutation.mutation_operators import MUTATIONS
-from scbm.mutation.mutation_work import MutationWork
 from scbm.mutation.report.mutation_json import mutation_json
 from scbm.mutation.report.mutation_page import mutation_page
 from scbm.mutation.report.mutation_report import mutation_report
@@ -36,33 +36,24 @@ if TYPE_CHECKING:
     from scbm.closing import CloseLimits
     from scbm.mutation.mutant_keeper import MutantKeeper
     from scbm.mutation.mutant_results import MutantCounts, MutantResult
-    from scbm.mutation.mutants import SubjectKind
     from scbm.mutation.mutation_runs import MutationRuns
+    from scbm.mutation.mutation_work import MutationWork
 
 
 _MUTANTS = "mutants"
-_FAIL_UNDER = "--fail-under"
-_ALL_PERCENT = 100
-_NUMBER = re.compile(r"(\d+(?:\.\d+)?)\s*%?", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
 class MutationOptions:
-    """Which mutants there are, and how they run.
+    """How mutants run, beside the suite and the mutants themselves.
 
     Attributes:
-        operators: the names of the mutation operators; `None` for all.
-        entries: the entries of the model whose mutants are made; `None` for all.
         jobs: the number of worker processes; `None` for all cores as soon as it takes long.
-        records: whether a case also fails if it does something else than on the model.
         limits: the limits for deciding about mutants that no case killed; `None` does not decide about them.
         store: the store that has results of mutants and gets those that it lacks; `None` for none.
     """
 
-    operators: tuple[str, ...] | None = None
-    entries: tuple[tuple[SubjectKind, str], ...] | None = None
     jobs: int | None = None
-    records: bool = False
     limits: CloseLimits | None = None
     store: Path | None = None
 
@@ -94,24 +85,8 @@ class MutationOutput:
 
 def read_score(texts: Sequence[str]) -> tuple[float, ...]:
     """Return thresholds such as `mutants=90` in per cent. Raise `InputError` with all errors."""
-    wrong, found = [], []
-    for text in texts:
-        kind, equals, number = text.rpartition("=")
-        match = _NUMBER.fullmatch(number.strip())
-        percent = float(match[1]) if match else None
-        if equals and kind.strip() != _MUTANTS:
-            remedy = "write `mutants=90`; `scbm test` and `scbm report` have the thresholds of coverage"
-            place = Place(_FAIL_UNDER, 1, 1, max(1, len(kind)))
-            wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind.strip()}`", place, remedy, text))
-        elif percent is None or percent > _ALL_PERCENT:
-            place = Place(_FAIL_UNDER, 1, len(text) - len(number) + 1, max(1, len(number)))
-            message = f"`{number}` is not a number from 0 to 100"
-            wrong.append(Diagnostic(Slug.BAD_OPTION, message, place, "write `mutants=90`", text))
-        else:
-            found.append(percent)
-    if wrong:
-        raise InputError(wrong)
-    return tuple(found)
+    remedy = "write `mutants=90`; `scbm test` and `scbm report` have the thresholds of coverage"
+    return tuple(percent for _, percent in read_percentages(texts, [_MUTANTS], lambda _: remedy))
 
 
 def read_oracle(text: str | None) -> bool:
@@ -143,12 +118,13 @@ def _unknown(name: str, known: Sequence[str]) -> Diagnostic:
     return Diagnostic(Slug.BAD_OPTION, f"there is no mutation operator `{name}`", place, remedy, name)
 
 
-def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOutput) -> int:
+def carry_out_mutants(suite: Suite, work: MutationWork, options: MutationOptions, output: MutationOutput) -> int:
     """Run the suite against the mutants, print the report, write the files, and return the exit code.
 
     Args:
         suite: the cases, with the model.
-        options: which mutants there are, and how they run.
+        work: the mutants, with the cases.
+        options: how they run.
         output: the options for the output.
 
     Raises:
@@ -156,14 +132,12 @@ def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOu
     """
     witnesses = [] if output.witnesses is None else [output.witnesses]
     suite.writer.refuse_outputs(output.files, {"--witnesses": witnesses}, {"--store": options.store})
-    loop = MutationLoop(suite, options, _work(suite, options))
+    loop = MutationLoop(suite, options, work)
     with loop.interruption.handled():
-        return _reported(_summary(suite, loop), suite, options, output, loop)
+        return _reported(_summary(suite, loop), suite, output, loop)
 
 
-def _reported(
-    summary: MutationSummary, suite: Suite, options: MutationOptions, output: MutationOutput, loop: MutationLoop
-) -> int:
+def _reported(summary: MutationSummary, suite: Suite, output: MutationOutput, loop: MutationLoop) -> int:
     """Print the report, write the files, and return the exit code."""
     if output.json:
         write_json(mutation_json(summary))
@@ -180,14 +154,9 @@ def _reported(
         errors().line(f"Written: {', '.join(map(str, output.files.values()))}")
     if summary.ended_early:
         return INTERRUPTED
-    if options.entries is not None and not summary.results:
+    if loop.work.entries is not None and not summary.results:
         return 0  # nothing that changed can have mutants, so no threshold is about it
     return 0 if _is_met(summary.counts, output.thresholds) else 1
-
-
-def _work(suite: Suite, options: MutationOptions) -> MutationWork:
-    finds_visitors = options.store is not None
-    return MutationWork(suite.work, options.operators, options.entries, options.records, finds_visitors)
 
 
 def _summary(suite: Suite, loop: MutationLoop) -> MutationSummary:
@@ -239,7 +208,7 @@ def _is_met(counts: MutantCounts, thresholds: Sequence[float]) -> bool:
     missed = [percent for percent in thresholds if counts.score.percent is None or counts.score.percent < percent]
     for percent in missed:
         found = f"{counts.score} of the mutants are killed, under {percent:g} %."
-        none = f"There are no mutants to kill, so {_FAIL_UNDER} {_MUTANTS}={percent:g} cannot be met."
+        none = f"There are no mutants to kill, so {FAIL_UNDER} {_MUTANTS}={percent:g} cannot be met."
         errors().prose(found if counts.score.of else none)
     return not missed
 
@@ -310,7 +279,7 @@ class MutationLoop:
         from scbm.mutation.mutant_keeper import keeping_mutants  # noqa: PLC0415 - a database, which few runs need
 
         options = self._options
-        return keeping_mutants(self._options.store, self._suite, options.limits, records=options.records)
+        return keeping_mutants(self._options.store, self._suite, options.limits, records=self.work.records)
 
     def _run(self, runs: MutationRuns, keeper: MutantKeeper | None, show: Callable[[str], None]) -> None:
         """Run the suite against the mutants whose results the store does not have."""

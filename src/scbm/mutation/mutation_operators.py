@@ -78,7 +78,7 @@ MUTATIONS: dict[str, MutationOperator[Any]] = {
     "guard-move": MutationOperator(
         "guards",
         "a conjunct moves between `g` and `gr`, so the planner ignores it or sees it",
-        sites.guard_moves,
+        lambda model: sites.moves(model, "g", "gr"),
         edits.move_conjunct,
     ),
     "action-drop": MutationOperator(
@@ -96,7 +96,7 @@ MUTATIONS: dict[str, MutationOperator[Any]] = {
     "action-move": MutationOperator(
         "actions",
         "an action moves between `a` and `ar`, so the planner ignores it or sees it",
-        sites.action_moves,
+        lambda model: sites.moves(model, "a", "ar"),
         edits.move_action,
     ),
     "clean-up-drop": MutationOperator(
@@ -126,7 +126,7 @@ MUTATIONS: dict[str, MutationOperator[Any]] = {
     "transition-swap": MutationOperator(
         "transitions",
         "two neighbouring automatic transitions change places",
-        sites.neighbouring_transitions,
+        lambda model: sites.neighbours(model, "automatic_transitions"),
         edits.swap,
     ),
     "trigger-other": MutationOperator(
@@ -154,7 +154,10 @@ MUTATIONS: dict[str, MutationOperator[Any]] = {
         edits.leave_out,
     ),
     "operation-swap": MutationOperator(
-        "operations", "two neighbouring operations change places", sites.neighbouring_operations, edits.swap
+        "operations",
+        "two neighbouring operations change places",
+        lambda model: sites.neighbours(model, "operations"),
+        edits.swap,
     ),
     "initial-value": MutationOperator(
         "initial-values",
@@ -168,13 +171,13 @@ MUTATIONS: dict[str, MutationOperator[Any]] = {
     "environment-guard": MutationOperator(
         "environment",
         "a conjunct of the guard of an environment transition is left out or negated",
-        sites.environment_guards,
+        lambda model: sites.environment(model, "guard"),
         edits.each_conjunct(edits.drop, edits.negate),
     ),
     "environment-action": MutationOperator(
         "environment",
         "an action of an environment transition is left out, or assigns the next value of the domain",
-        sites.environment_actions,
+        lambda model: sites.environment(model, "actions"),
         edits.each_item(edits.drop_unless_last, edits.assign_other),
     ),
 }

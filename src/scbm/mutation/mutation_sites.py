@@ -122,14 +122,9 @@ class _TransitionSites(NamedTuple):
             value = getattr(self.transition, key)
             yield _site(part, (*self.path, key), value, partial(_changed, self.put, self.transition, key))
 
-    def moves(self, *keys: str) -> Iterator[Site[Any]]:
-        """Yield both pairs of the two guards or lists of actions with these keys: one gets a piece of the other."""
-        if self.key in ("pre", "post"):
-            one, other = self.fields(*keys)
-            yield self._pair(one, other)
-            yield self._pair(other, one)
+    def pair(self, source: Site[T], target: Site[T]) -> Site[tuple[T, T]]:
+        """Return the site of two of these fields, which change together."""
 
-    def _pair(self, source: Site[T], target: Site[T]) -> Site[tuple[T, T]]:
         def put(values: tuple[T, T]) -> BehaviorModel:
             changed: dict[str, Any] = {source.path[-1]: values[0], target.path[-1]: values[1]}
             return self.put(replace(self.transition, **changed))
@@ -198,16 +193,13 @@ def guards(model: BehaviorModel) -> Iterator[Site[Predicate]]:
         yield from each.fields("g", "gr")
 
 
-def guard_moves(model: BehaviorModel) -> Iterator[Site[tuple[Predicate, Predicate]]]:
-    """Yield `g` with `gr`, and `gr` with `g`, of all transitions that the planner reads."""
+def moves(model: BehaviorModel, *keys: str) -> Iterator[Site[tuple[Any, Any]]]:
+    """Yield both pairs of the guards or actions with two keys, such as `g` and `gr`, where the planner reads them."""
     for each in _transitions(model):
-        yield from each.moves("g", "gr")
-
-
-def action_moves(model: BehaviorModel) -> Iterator[Site[tuple[Actions, Actions]]]:
-    """Yield `a` with `ar`, and `ar` with `a`, of all transitions that the planner reads."""
-    for each in _transitions(model):
-        yield from each.moves("a", "ar")
+        if each.key in ("pre", "post"):
+            one, other = each.fields(*keys)
+            yield each.pair(one, other)
+            yield each.pair(other, one)
 
 
 def planned_actions(model: BehaviorModel) -> Iterator[Site[Actions]]:
@@ -246,17 +238,8 @@ def _timedout(model: BehaviorModel) -> Iterator[Site[Actions]]:
         yield _site(MutatedPart.TIMEDOUT, path, operation.timedout, partial(_changed, put, operation, "timedout"))
 
 
-def environment_guards(model: BehaviorModel) -> Iterator[Site[Predicate]]:
-    """Yield the guards of all environment transitions."""
-    return _environment(model, "guard")
-
-
-def environment_actions(model: BehaviorModel) -> Iterator[Site[Actions]]:
-    """Yield the actions of all environment transitions."""
-    return _environment(model, "actions")
-
-
-def _environment(model: BehaviorModel, key: str) -> Iterator[Site[Any]]:
+def environment(model: BehaviorModel, key: str) -> Iterator[Site[Any]]:
+    """Yield the `guard` or the `actions` of all environment transitions."""
     for entry, put in _entries(model, "environment"):
         path = ("environment", entry.name, key)
         yield _site(MutatedPart(key), path, getattr(entry, key), partial(_changed, put, entry, key))
@@ -340,17 +323,8 @@ def _without_waivers(put: _Put, entry: object) -> BehaviorModel:
     return replace(model, waivers=tuple(waiver for waiver in model.waivers if waiver.obligation in known))
 
 
-def neighbouring_operations(model: BehaviorModel) -> Iterator[Site[tuple[Operation, Operation]]]:
-    """Yield the pairs of neighbours among the operations, whose order decides between plans of equal length."""
-    return _neighbours(model, "operations")
-
-
-def neighbouring_transitions(model: BehaviorModel) -> Iterator[Site[tuple[Transition, Transition]]]:
-    """Yield the pairs of neighbours among the automatic transitions."""
-    return _neighbours(model, "automatic_transitions")
-
-
-def _neighbours(model: BehaviorModel, section: str) -> Iterator[Site[tuple[Any, Any]]]:
+def neighbours(model: BehaviorModel, section: str) -> Iterator[Site[tuple[Any, Any]]]:
+    """Yield the pairs of neighbours of a section; the order of operations decides between plans of equal length."""
     listed = getattr(model, section)
     for index, pair in enumerate(pairwise(listed)):
         put = partial(_with_pair, model, section, replaced(listed, index + 1), index)

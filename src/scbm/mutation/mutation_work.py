@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pickle
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from scbm.mutation.distinct_mutants import mutants_of
 from scbm.mutation.mutant_results import MutantResult
@@ -19,12 +19,9 @@ from scbm.testing.tester import Tester
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
 
-    from scbm.cases.coverage import MutantStatus
     from scbm.mutation.mutants import Mutant, SubjectKind
+    from scbm.store import StoredMutant
     from scbm.testing.batches.campaign_work import CampaignWork
-
-    _Fields: TypeAlias = tuple[MutantStatus, str, str, int, int, int, int]
-    """The fields of a result without its mutant, which each process has."""
 
 _CHUNK = 8
 """Number of mutants of one request to a worker: some tens of milliseconds."""
@@ -92,10 +89,8 @@ class MutationWork:
         begins = range(first, len(self.mutants), _CHUNK)
         with closing(workers.results(_run_in_worker, begins, "ran mutants", "run")) as results:
             for begin, of_chunk in zip(begins, results, strict=True):
-                for mutant, fields in zip(self.mutants[begin : begin + _CHUNK], of_chunk, strict=True):
-                    status, case, reason, runs, skipped, belongs, noticed = fields
-                    result = MutantResult(mutant, status, case, reason, runs, skipped)
-                    yield replace(result, belongs=belongs, noticed=noticed)
+                for mutant, stored in zip(self.mutants[begin : begin + _CHUNK], of_chunk, strict=True):
+                    yield MutantResult.of_stored(stored, mutant, self.campaign.model)
 
 
 # in a worker
@@ -109,12 +104,7 @@ def _take_mutants(sent: bytes) -> None:
     _taken[:] = [(work, work.runs())]
 
 
-def _run_in_worker(begin: int) -> list[_Fields]:
+def _run_in_worker(begin: int) -> list[StoredMutant]:
     ((work, runs),) = _taken
     results = map(runs.result, work.mutants[begin : begin + _CHUNK])
-    return [_fields(each) for each in results]
-
-
-def _fields(result: MutantResult) -> _Fields:
-    counts = (result.runs, result.skipped, result.belongs, result.noticed)
-    return (result.status, result.case, result.reason, *counts)
+    return [each.stored(work.campaign.model) for each in results]

@@ -20,7 +20,7 @@ from scbm.testing.batches.all_cores import AllCores
 from scbm.testing.batches.campaign_runs import InProcess
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from scbm.cases.coverage import AssertionEvidence, Coverage, Figure, LiftedStatuses
@@ -33,28 +33,42 @@ _NUMBER = re.compile(r"(\d+(?:\.\d+)?)\s*%?", re.ASCII)
 
 def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
     """Return thresholds such as `90` or `executing=100`. Raise `InputError` with all errors."""
+    kinds = [*KINDS, COVERABLE, LIFTED, ASSERTED]
+    other = {"mutants": "`scbm mutate` has the threshold of mutants; write `asserted=90` for what the cases notice"}
+    read = read_percentages(texts, kinds, lambda kind: other.get(kind) or suggestion(kind, kinds, "kinds are"), "all")
+    return tuple(Threshold(percent, kind) for kind, percent in read)
+
+
+def read_percentages(
+    texts: Sequence[str], kinds: Sequence[str], remedy_for: Callable[[str], str | None], default: str = ""
+) -> tuple[tuple[str, float], ...]:
+    """Return kinds with their percentages from texts such as `executing=100`. Raise `InputError` with all errors.
+
+    Args:
+        texts: the values of `--fail-under`.
+        kinds: the kinds that there are.
+        remedy_for: returns what to write instead of a kind that there is not.
+        default: the kind of a percentage alone; empty if it needs one.
+    """
     wrong: list[Diagnostic] = []
-    thresholds = []
+    found = []
     for text in texts:
         kind, equals, number = text.rpartition("=")
-        kind = kind.strip() if equals else "all"
+        kind = kind.strip() if equals else default
         percent = _percent(number)
-        if kind not in (*KINDS, COVERABLE, LIFTED, ASSERTED):
-            remedy = suggestion(kind, [*KINDS, COVERABLE, LIFTED, ASSERTED], "kinds are")
-            if kind == "mutants":
-                remedy = "`scbm mutate` has the threshold of mutants; write `asserted=90` for what the cases notice"
+        if kind not in kinds:
             place = Place(FAIL_UNDER, 1, 1, max(1, len(kind)))
-            wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind}`", place, remedy, text))
+            wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind}`", place, remedy_for(kind), text))
         elif percent is None:
             place = Place(FAIL_UNDER, 1, len(text) - len(number) + 1, max(1, len(number)))
             remedy = f"write for example `{kind}=90`" if equals else "write `90`, or `executing=100`"
             message = f"`{number}` is not a number from 0 to 100"
             wrong.append(Diagnostic(Slug.BAD_OPTION, message, place, remedy, text))
         else:
-            thresholds.append(Threshold(percent, kind))
+            found.append((kind, percent))
     if wrong:
         raise InputError(wrong)
-    return tuple(thresholds)
+    return tuple(found)
 
 
 def _percent(text: str) -> float | None:

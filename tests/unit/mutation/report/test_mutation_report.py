@@ -62,8 +62,8 @@ def test_witnesses_are_listed_once_with_their_mutants() -> None:
 
 def test_the_score_leaves_out_equivalent_mutants() -> None:
     counts = _summary().counts
-    assert counts.score.of == counts.total - counts.equivalent
-    assert counts.score.visited == counts.killed
+    assert counts.score.of == counts.total - counts.of_status(MutantStatus.EQUIVALENT)
+    assert counts.score.visited == counts.of_status(MutantStatus.KILLED)
 
 
 def test_the_report_names_what_proofs_assume(wording: Wording) -> None:
