@@ -11,7 +11,7 @@ import gc
 import os
 import signal
 import sys
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from functools import cache
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, NoReturn, TextIO
@@ -20,8 +20,6 @@ import scbm
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from contextlib import AbstractContextManager
-    from types import FrameType
 
 
 GOOD, FAILED, WRONG_INPUT, OWN_FAULT = 0, 1, 2, 3
@@ -54,6 +52,7 @@ def main() -> None:
     def begin() -> None:
         _resume_garbage_collection()
         restore()
+        _interrupt_on_sigterm()
 
     try:
         with _leaving_on_sigterm(sys.argv[1:]):
@@ -170,21 +169,17 @@ def _leave_on_interrupt() -> Callable[[], None]:
     return restore
 
 
-def _leaving_on_sigterm(arguments: list[str]) -> AbstractContextManager[None]:
-    """Let SIGTERM end a node at once while it starts, with the exit code that it has later.
-
-    A node that serves handles SIGTERM itself, and so does a tester.
-    """
-    if arguments[:1] != ["node"]:
-        return nullcontext()
-    code = INTERRUPTED if arguments[1:2] == ["tester"] else GOOD
-    return _on_sigterm(lambda *_: os._exit(code))
-
-
 @contextmanager
-def _on_sigterm(handler: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+def _leaving_on_sigterm(arguments: list[str]) -> Iterator[None]:
+    """Let SIGTERM end the process at once while it starts, as Ctrl-C does; a node ends with the code of its end.
+
+    A node that serves handles SIGTERM itself, and so does a tester. It stays ignored where it is.
+    """
+    serves = arguments[:1] == ["node"] and arguments[1:2] != ["tester"]
+    before = signal.getsignal(signal.SIGTERM)
     try:
-        before = signal.signal(signal.SIGTERM, handler)
+        if before is not signal.SIG_IGN:
+            signal.signal(signal.SIGTERM, _leave_well if serves else _leave)
     except ValueError:  # in a thread, which gets no signals
         yield
         return
@@ -194,12 +189,22 @@ def _on_sigterm(handler: Callable[[int, FrameType | None], object]) -> Iterator[
         signal.signal(signal.SIGTERM, before)
 
 
+def _interrupt_on_sigterm() -> None:
+    """Let SIGTERM interrupt the work of a verb as Ctrl-C does."""
+    if signal.getsignal(signal.SIGTERM) is _leave:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
 def _leave_when_interrupted() -> None:
     signal.signal(signal.SIGINT, _leave)
 
 
 def _leave(*_: object) -> NoReturn:
     os._exit(INTERRUPTED)
+
+
+def _leave_well(*_: object) -> NoReturn:
+    os._exit(GOOD)
 
 
 def _is_interruption(error: BaseException | None) -> bool:

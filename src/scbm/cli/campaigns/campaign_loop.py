@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.output.progress import CampaignLines, CampaignProgress, bar
-from scbm.cli.output.terminal import print_progress
+from scbm.cli.output.terminal import errors, print_progress
 from scbm.model import InputError
 from scbm.reports import counted
 from scbm.testing import Campaign
@@ -113,6 +113,8 @@ def carry_out(
                     raise FirstFailure  # noqa: TRY301 - the store must learn that its run is not finished
     except (InputError, KeyboardInterrupt, FirstFailure) as error:
         if not total.count:
+            if isinstance(error, KeyboardInterrupt):
+                errors().prose("scbm: interrupted before the first case was complete")
             raise
         ended = error
     return CampaignEnd(Campaign(suite.model, suite.work, total), suite.count, keeper, ended)

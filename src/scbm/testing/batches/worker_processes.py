@@ -110,7 +110,7 @@ class WorkerPool:
     def submit(self, function: Callable[[_Request], _Result], request: _Request) -> Future[_Result]:
         """Queue a request. Raise no error for lost workers; the result does."""
         try:
-            with _without_interrupts():  # which the new process inherits
+            with _without_interrupts():  # a request may start a process
                 return self._pool.submit(function, request)
         except BrokenProcessPool as error:
             failed: Future[_Result] = Future()
@@ -156,7 +156,32 @@ class WorkerPool:
 
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
-    """Hold Ctrl-C back: processes that are started meanwhile never get it, and this one handles it afterwards."""
+    """Hold Ctrl-C and SIGTERM back, and handle them at the end of the block.
+
+    A process that starts reads what this one writes, and shows a traceback if that ends in the middle. Processes that
+    are started in the block never get Ctrl-C. A mask alone does not hold a signal back: other threads may get it, and
+    Python handles it in the main thread.
+    """
+    held: list[int] = []
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handled = [number for number, handler in before.items() if handler not in (signal.SIG_IGN, None)]
+    if threading.current_thread() is not threading.main_thread():  # which alone sets handlers, and handles signals
+        handled = []
+    for number in handled:
+        signal.signal(number, lambda number, _: held.append(number))
+    try:
+        with _inherited_mask():
+            yield
+    finally:
+        for number in handled:
+            signal.signal(number, before[number])
+        if held:
+            signal.raise_signal(held[0])
+
+
+@contextmanager
+def _inherited_mask() -> Iterator[None]:
+    """Block Ctrl-C for this thread, and for the processes that it starts in the block for as long as they run."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -16,11 +16,13 @@ import pytest
 from scbm.cases import Case
 from scbm.files import load_model
 from scbm.model import InputError, Slug
+from scbm.testing.batches import worker_processes
 from scbm.testing.batches.all_cores import AllCores
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import Executor, InProcess, StopRule, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
-from scbm.testing.batches.worker_processes import WorkerProcesses
+from scbm.testing.batches.worker_processes import WorkerPool, WorkerProcesses
+from support.wording import Wording
 
 ROOT = Path(__file__).parents[4]
 MODEL = "examples/robot_in_the_air/after.yaml"
@@ -110,9 +112,12 @@ def started(tmp_path: Path) -> subprocess.Popen[str]:
 
 
 @pytest.mark.slow
-def test_an_interrupted_campaign_reports_what_was_done_and_leaves_no_process(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_campaign_reports_what_was_done_and_leaves_no_process(
+    tmp_path: Path, number: signal.Signals
+) -> None:
     process = started(tmp_path)
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: every process of the group gets it
+    os.killpg(process.pid, number)  # as a terminal does: every process of the group gets it
     out, err = process.communicate()  # which ends when the last worker has closed the pipes
     assert process.returncode == 130
     assert "Interrupted after " in out
@@ -127,3 +132,51 @@ def test_workers_end_with_a_parent_that_was_killed(tmp_path: Path) -> None:
     _, err = process.communicate()  # the same
     assert process.returncode == -signal.SIGKILL
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_waits_until_a_worker_has_got_all_that_it_reads(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started = list[bool]()
+
+    class SignalledPool:
+        def submit(self, *_: object) -> None:
+            signal.raise_signal(number)
+            started.append(True)
+
+    monkeypatch.setattr(worker_processes, "ProcessPoolExecutor", lambda *_: SignalledPool())
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            WorkerPool(lambda _: None, b"", 2).submit(abs, 1)
+        assert started == [True]
+        assert signal.getsignal(number) is signal.default_int_handler
+    finally:
+        signal.signal(number, before)
+
+
+STARTING = """
+import multiprocessing.util as util
+import os
+import signal
+from scbm.cli import main
+spawn = util.spawnv_passfds
+def spawn_and_signal(path, arguments, descriptors):
+    child = spawn(path, arguments, descriptors)
+    if not any("resource_tracker" in str(word) for word in arguments):
+        os.kill(os.getpid(), signal.SIGTERM)
+    return child
+util.spawnv_passfds = spawn_and_signal
+main()
+"""
+"""A command that gets SIGTERM while its first worker waits for what it reads."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", ["test", "mutate"])
+def test_sigterm_while_a_worker_starts_ends_a_command_as_a_later_one_does(verb: str, wording: Wording) -> None:
+    command = [sys.executable, "-c", STARTING, verb, MODEL, "--cases", "10", "-j", "2"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 130
+    wording(done.stderr)
