@@ -117,10 +117,10 @@ def with_other_leaf(predicate: Predicate, edit: LeafEdit) -> Iterator[ChangedPre
             yield from (ChangedPredicate(predicate, leaf, leaf) for leaf in edit(predicate))
         case Not(operand):
             yield from (each.within(Not(each.whole)) for each in with_other_leaf(operand, edit))
-        case And(operands):
-            yield from (each.within(And(parts)) for each, parts in _with_other_operand(operands, edit))
-        case Or(operands):
-            yield from (each.within(Or(parts)) for each, parts in _with_other_operand(operands, edit))
+        case And(operands) | Or(operands):
+            for index, operand in enumerate(operands):
+                for each in with_other_leaf(operand, edit):
+                    yield each.within(type(predicate)(replaced(operands, index, each.whole)))
         case Implies(condition, consequence):
             yield from (e.within(Implies(e.whole, consequence)) for e in with_other_leaf(condition, edit))
             yield from (e.within(Implies(condition, e.whole)) for e in with_other_leaf(consequence, edit))
@@ -128,28 +128,32 @@ def with_other_leaf(predicate: Predicate, edit: LeafEdit) -> Iterator[ChangedPre
             assert_never(predicate)
 
 
-def _with_other_operand(
-    operands: tuple[Predicate, ...], edit: LeafEdit
-) -> Iterator[tuple[ChangedPredicate, tuple[Predicate, ...]]]:
-    for index, operand in enumerate(operands):
-        for each in with_other_leaf(operand, edit):
-            yield each, replaced(operands, index, each.whole)
-
-
 def other_values(leaf: Leaf, space: StateSpace) -> Iterator[Leaf]:
     """Yield a comparison for equality with the next value of the domain instead of each of its values."""
-    match leaf:
-        case Equal(Reference() as left, Constant() as right) | NotEqual(Reference() as left, Constant() as right):
-            yield from (type(leaf)(left, value) for value in _next_value(right, space[left.name].domain.values))
-        case Equal(Constant() as left, Reference() as right) | NotEqual(Constant() as left, Reference() as right):
-            yield from (type(leaf)(value, right) for value in _next_value(left, space[right.name].domain.values))
-        case Member(variable, members):
-            listed = [member.constant for member in members]
-            for index, member in enumerate(members):
-                for value in _next_value(member, space[variable.name].domain.values, listed):
-                    yield Member(variable, replaced(members, index, value))
+    if isinstance(leaf, Member):
+        listed = [member.constant for member in leaf.members]
+        for index, member in enumerate(leaf.members):
+            for value in _next_value(member, space[leaf.variable.name].domain.values, listed):
+                yield Member(leaf.variable, replaced(leaf.members, index, value))
+    elif not isinstance(leaf, Order):
+        for variable, constant, side in _constants(leaf, space):
+            for value in _next_value(constant, variable.domain.values):
+                yield _with_constant(leaf, side, value)
+
+
+def _constants(leaf: Equal | NotEqual | Order, space: StateSpace) -> Iterator[tuple[Variable, Constant, str]]:
+    """Yield the variable and the constant of a comparison of these two, and the side of the constant."""
+    match leaf.left, leaf.right:
+        case Reference(name), Constant() as constant:
+            yield space[name], constant, "right"
+        case Constant() as constant, Reference(name):
+            yield space[name], constant, "left"
         case _:
             return
+
+
+def _with_constant(leaf: Equal | NotEqual | Order, side: str, value: Constant) -> Leaf:
+    return replace(leaf, left=value) if side == "left" else replace(leaf, right=value)
 
 
 def _next_value(constant: Constant, values: Sequence[Value], excluded: Sequence[Value] = ()) -> Iterator[Constant]:
@@ -168,17 +172,11 @@ def after(item: T, items: Sequence[T]) -> Iterator[T]:
 
 def other_variables(leaf: Leaf, space: StateSpace) -> Iterator[Leaf]:
     """Yield a comparison of the next variable with the same domain and role instead of each of its variables."""
-    match leaf:
-        case Member(variable, members):
-            yield from (Member(other, members) for other in _alike(variable, variable, space))
-        case Order(left, relation, right):
-            yield from (Order(other, relation, right) for other in _next_variable(left, right, space))
-            yield from (Order(left, relation, other) for other in _next_variable(right, left, space))
-        case Equal(left, right) | NotEqual(left, right):
-            yield from (type(leaf)(other, right) for other in _next_variable(left, right, space))
-            yield from (type(leaf)(left, other) for other in _next_variable(right, left, space))
-        case _:
-            assert_never(leaf)
+    if isinstance(leaf, Member):
+        yield from (replace(leaf, variable=other) for other in _alike(leaf.variable, leaf.variable, space))
+    else:
+        yield from (replace(leaf, left=other) for other in _next_variable(leaf.left, leaf.right, space))
+        yield from (replace(leaf, right=other) for other in _next_variable(leaf.right, leaf.left, space))
 
 
 def _next_variable(term: Term, opposite: Term, space: StateSpace) -> Iterator[Term]:
@@ -202,20 +200,13 @@ def _are_alike(variable: Variable, other: Variable) -> bool:
 
 def other_thresholds(leaf: Leaf, space: StateSpace) -> Iterator[Leaf]:
     """Yield a comparison of a variable with an integer one less and one greater, as far as the domain goes."""
-    match leaf:
-        case Equal(Reference() as left, Constant() as right) | NotEqual(Reference() as left, Constant() as right):
-            yield from (type(leaf)(left, value) for value in _neighbours(right, space[left.name]))
-        case Equal(Constant() as left, Reference() as right) | NotEqual(Constant() as left, Reference() as right):
-            yield from (type(leaf)(value, right) for value in _neighbours(left, space[right.name]))
-        case Order(Reference() as left, relation, Constant() as right):
-            yield from (Order(left, relation, value) for value in _neighbours(right, space[left.name]))
-        case Order(Constant() as left, relation, Reference() as right):
-            yield from (Order(value, relation, right) for value in _neighbours(left, space[right.name]))
-        case Equal() | NotEqual() | Order() if calculates(leaf.left) or calculates(leaf.right):
-            yield from (replace(leaf, left=o) for o in other_constants(leaf.left) if can_meet(o, leaf.right, space))
-            yield from (replace(leaf, right=o) for o in other_constants(leaf.right) if can_meet(leaf.left, o, space))
-        case _:
-            return
+    if isinstance(leaf, Member):
+        return
+    for variable, constant, side in _constants(leaf, space):
+        yield from (_with_constant(leaf, side, value) for value in _neighbours(constant, variable))
+    if calculates(leaf.left) or calculates(leaf.right):
+        yield from (replace(leaf, left=o) for o in other_constants(leaf.left) if can_meet(o, leaf.right, space))
+        yield from (replace(leaf, right=o) for o in other_constants(leaf.right) if can_meet(leaf.left, o, space))
 
 
 def _neighbours(constant: Constant, variable: Variable) -> Iterator[Constant]:

@@ -182,13 +182,7 @@ def _summary(suite: Suite, loop: MutationLoop) -> MutationSummary:
 
 def _save_witnesses(summary: MutationSummary, suite: Suite, directory: Path) -> None:
     """Write the witnesses that would kill mutants, and those that only show them. Raise `InputError`."""
-    cases = {case.name: case for case, _ in (*summary.witnesses, *summary.passing_witnesses)}
-    comments: dict[str, list[str]] = {name: [] for name in cases}
-    for case, names in summary.witnesses:
-        comments[case.name] += ["fails on these mutants of the model:", *names]
-    for case, lines in summary.passing_witnesses:
-        comments[case.name] += ["passes on these mutants, until it has an expectation that they break:", *lines]
-    texts = case_texts([(cases[name], comments[name]) for name in cases], directory, suite.model, suite.file)
+    texts = case_texts(summary.witnesses, directory, suite.model, suite.file)
     edited = [path for path, text in texts.items() if lexists(path) and not has_text(path, text)]
     suite.writer.write_all({path: text for path, text in texts.items() if path not in edited}, overwrite=False)
     written = counted(len(texts) - len(edited), "witness", "witnesses")

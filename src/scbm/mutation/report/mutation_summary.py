@@ -93,22 +93,22 @@ class MutationSummary:
 
     @property
     def witnesses(self) -> tuple[tuple[Case, tuple[str, ...]], ...]:
-        """The witnesses that fail on a mutant, each with the names of the mutants that it kills."""
-        found: dict[str, tuple[Case, list[str]]] = {}
-        for result in self.not_killed:
-            if result.witness is not None and result.is_killable:
-                found.setdefault(result.witness.name, (result.witness, []))[1].append(result.mutant.name)
-        return tuple((case, tuple(names)) for case, names in found.values())
+        """The witnesses that pass on the model, those that kill a mutant first, each with a comment in lines.
 
-    @property
-    def passing_witnesses(self) -> tuple[tuple[Case, tuple[str, ...]], ...]:
-        """The witnesses that pass on a mutant and on the model, each with the names and differences of such mutants."""
+        The comment names the mutants that it kills, and those that it only shows, with the differences.
+        """
         found: dict[str, tuple[Case, list[str]]] = {}
-        for result in self.not_killed:
-            passes = result.witness is not None and result.witness.recorded is not None and not result.is_killable
-            if result.witness is not None and passes:
-                comments = found.setdefault(result.witness.name, (result.witness, []))[1]
-                comments += [f"{result.mutant.name}:", f"  {result.reason}"]
+        for kills, head in (
+            (True, "fails on these mutants of the model:"),
+            (False, "passes on these mutants, until it has an expectation that they break:"),
+        ):
+            for result in self.not_killed:
+                witness = result.witness
+                if witness is not None and result.is_killable is kills and (kills or witness.recorded is not None):
+                    comment = found.setdefault(witness.name, (witness, []))[1]
+                    comment += [] if head in comment else [head]
+                    name = result.mutant.name
+                    comment += [name] if kills else [f"{name}:", f"  {result.reason}"]
         return tuple((case, tuple(lines)) for case, lines in found.values())
 
     @property

@@ -54,7 +54,7 @@ def test_cases_that_fail_on_the_model_are_named(wording: Wording) -> None:
 
 def test_witnesses_are_listed_once_with_their_mutants() -> None:
     summary = _summary()
-    ((witness, names),) = summary.witnesses
+    ((witness, (_, *names)),) = summary.witnesses
     assert witness.name == "witness-1"
     killable = [result.mutant.name for result in summary.results if result.is_killable]
     assert sorted(names) == sorted(killable)
