@@ -30,9 +30,9 @@ from typing import IO, TYPE_CHECKING, Any
 from scbm.cases.trace import ReplyReceived, RequestSent, Trace, trace_digest
 from scbm.files import digest_of, load_model
 from scbm.nodes.buses.dds import open_dds
-from scbm.nodes.event_log import open_event_log, replay
 from scbm.nodes.roles.cell_topics import CellTopics
 from scbm.running import Program
+from scbm.testing.event_logs.event_log import open_event_log, replay
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -30,11 +30,11 @@ from scbm.nodes.buses.bus import MessageType, Topic
 from scbm.nodes.buses.dds import open_dds
 from scbm.nodes.buses.dds.dds_names import topic_name
 from scbm.nodes.buses.dds.message_types import message_class
-from scbm.nodes.case_runner import CaseRunner
 from scbm.nodes.links.link import Correlation
 from scbm.nodes.links.topic_link import TopicLink
 from scbm.nodes.roles.wall_clock import Clock, Driver
 from scbm.running import GoalGiven, PlanAnswered, PlanStatus, Program, ReplyArrived, RunnerOptions
+from scbm.running.simulation.case_runner import CaseRunner
 
 if TYPE_CHECKING:
     from scbm.nodes.buses.bus import Bus, Received

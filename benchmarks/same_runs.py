@@ -20,8 +20,8 @@ from msgspec import structs
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged
 from scbm.files import digest_of, load_model, read_network
 from scbm.nodes import Bus, Children, LoopbackCell, RemoteCell, Session
+from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.testing import Execution, RandomCases, Tester
-from scbm.testing.cases_over_nodes import NodeTester
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

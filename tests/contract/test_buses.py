@@ -19,7 +19,7 @@ from scbm.nodes.buses.bus import (
     Topic,
     Unmatched,
 )
-from scbm.nodes.buses.transports import TRANSPORTS
+from scbm.testing.transports import TRANSPORTS
 from support import loops
 from support.kept import Kept
 

@@ -18,9 +18,9 @@ from scbm.files import read_case, read_network
 from scbm.model import BehaviorModel
 from scbm.nodes import Bus
 from scbm.nodes.buses.loopback import LoopbackHub
-from scbm.nodes.event_log import read_event_log, replay, write_event_log
 from scbm.running import Program
 from scbm.testing import Execution, RandomCases, Tester
+from scbm.testing.event_logs.event_log import read_event_log, replay, write_event_log
 from support.loops import run
 from support.nodes import Stage, notes, run_cases, without_notes, without_times
 from support.profiles import share

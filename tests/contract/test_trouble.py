@@ -24,8 +24,8 @@ from scbm.files import digest_of, load_model
 from scbm.model import MessageType
 from scbm.nodes.buses.dds.message_types import message_class
 from scbm.nodes.buses.dds.raw_samples import delete
-from scbm.nodes.event_log import open_event_log, replay
 from scbm.running import Program
+from scbm.testing.event_logs.event_log import open_event_log, replay
 from support.domains import LOOPBACK
 from support.loops import GUARD_S
 from support.node_processes import MODEL, PATIENCE, Ended, ProcessCell, process_cell, process_of, verdicts, wait_for_end

@@ -12,9 +12,9 @@ import pytest
 from scbm.cases.trace import read_trace
 from scbm.files import load_model
 from scbm.model import ScbmError, Slug
-from scbm.nodes.event_log import open_event_log, write_event_log
 from scbm.store import read_history
 from scbm.testing import RandomCases
+from scbm.testing.event_logs.event_log import open_event_log, write_event_log
 from support.capturing import captured
 from support.stores import cell, results, store
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import re
-import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,32 +11,21 @@ from typing import Any
 import pytest
 
 from scbm.files import load_model, read_model, write_model
-from scbm.nodes import Bus
 from scbm.nodes.buses.loopback import LoopbackHub
-from scbm.nodes.buses.transports import TRANSPORTS, Join, Transport
 from scbm.nodes.links import bound_link
 from scbm.nodes.links.link import Correlation, Reply
+from scbm.testing.transports import TRANSPORTS, Transport
 from support.recipe_page import followed
 from support.wording import Wording
 
 TITLE = "A kind of binding"
 
 
-def connect_for_a_moment(_: int, __: Callable[[str], None], ___: str | None) -> Join:
-    """A transport whose node is stopped as soon as it is there."""
-    hub = LoopbackHub()
-
-    def join(node: str) -> Bus:
-        asyncio.get_running_loop().call_soon(os.kill, os.getpid(), signal.SIGINT)
-        return hub.join(node)
-
-    return join
-
-
 def test_a_new_binding_is_read_written_and_reached_by_a_controller(
     scbm: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
-    monkeypatch.setitem(TRANSPORTS, "moment", Transport(connect_for_a_moment, "a moment", joins_processes=True))
+    function = "support.other_transports:connect_for_a_moment"
+    monkeypatch.setitem(TRANSPORTS, "moment", Transport(function, "a moment", joins_processes=True))
     with followed(TITLE, tmp_path) as recipe:
         check, serve = (recipe.in_directory(command, tmp_path) for command in recipe.commands)
         ran = scbm(*check)

@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from scbm.nodes import BusError
-from scbm.nodes.buses.transports import TRANSPORTS, Join, Transport
+from scbm.testing.transports import TRANSPORTS, Transport
 from support.recipe_page import followed
 from support.wording import diagnostic_heads
 
@@ -32,10 +31,8 @@ def test_a_new_transport_carries_the_messages_of_a_test(scbm: Callable[..., Any]
 def test_a_middleware_that_is_missing_is_reported_by_its_name(
     scbm: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def connect(_: int, __: Callable[[str], None], ___: str | None) -> Join:
-        raise BusError("pyzmq is not installed", "pip install pyzmq", where="ZeroMQ")
-
-    monkeypatch.setitem(TRANSPORTS, "zeromq", Transport(connect, "ZeroMQ domain {domain}", joins_processes=True))
+    function = "support.other_transports:connect_without_middleware"
+    monkeypatch.setitem(TRANSPORTS, "zeromq", Transport(function, "ZeroMQ domain {domain}", joins_processes=True))
     model = "examples/robot_in_the_air/after.yaml"
     for command in (("test", model, "--cases", 1), ("node", "controller", model), ("node", "tester", model)):
         ran = scbm(*command, "--transport", "zeromq")

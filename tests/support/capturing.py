@@ -7,11 +7,11 @@ from fractions import Fraction
 from scbm.cases import Case
 from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, trace_digest
 from scbm.model import BehaviorModel
-from scbm.nodes.event_log import EventLog, LogStep
 from scbm.planning import PlanLimits
 from scbm.running import Effect, Event, GoalGiven, InjectionGiven, Runner, RunnerOptions
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator
 from scbm.running.simulation.simulator import _SimulationRun
+from scbm.testing.event_logs.event_log import EventLog, LogStep
 from scbm.testing.random_streams import message_stream, reaction_stream
 
 DIGEST = "0" * 64

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 from scbm.cases import Case
 from scbm.model import BehaviorModel
-from scbm.nodes.event_log import EventLog, rerun, write_event_log
 from scbm.running import Program
 from scbm.store import History, StoredRun, digest_of, key_of
 from scbm.store.history import packed_log
 from scbm.testing import Execution, Tester
+from scbm.testing.event_logs.event_log import EventLog, rerun, write_event_log
 from support.capturing import captured
 
 WHERE = "over DDS domain 7"

@@ -71,15 +71,15 @@ VERBS: dict[str, VerbEntry] = {
         "Write the planning part of a model as PDDL: a domain, and a problem for each goal.",
     ),
     "node controller": VerbEntry(
-        "scbm.cli.node_verbs.node_controller",
+        "scbm.nodes.verbs.node_controller",
         "Run the controller of a cell: it runs what a tester sends, until you stop it.",
     ),
     "node resources": VerbEntry(
-        "scbm.cli.node_verbs.node_resources",
+        "scbm.nodes.verbs.node_resources",
         "Simulate resources of a cell: they answer requests, until you stop them.",
     ),
     "node tester": VerbEntry(
-        "scbm.cli.node_verbs.node_tester",
+        "scbm.nodes.verbs.node_tester",
         "Run cases in a cell whose controller and resources run elsewhere, and report as `scbm test` does.",
     ),
 }

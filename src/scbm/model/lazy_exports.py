@@ -1,4 +1,4 @@
-"""Packages whose names are imported when they are used first."""
+"""Names that are imported when they are used first: those of a package, and those in rows of registries."""
 
 from __future__ import annotations
 
@@ -33,3 +33,9 @@ def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], An
     whole = sys.modules[package]
     vars(whole)["__dir__"] = lambda: sorted({*vars(whole), *modules})
     return load
+
+
+def load_named(place: str) -> Any:  # noqa: ANN401 - whatever the row names
+    """Return what a row of a registry names as text, `package.module:name`; its module is imported now."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)

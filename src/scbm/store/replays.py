@@ -113,7 +113,7 @@ class Replays:
 
     def _of_log(self, stored: StoredCase) -> Execution | None:
         """Return the run of a log, if that is still the run that it was."""
-        from scbm.nodes.event_log import read_event_log, rerun  # noqa: PLC0415 - it takes long to load; few stores need it
+        from scbm.testing.event_logs.event_log import read_event_log, rerun  # noqa: PLC0415 - it takes long to load; few stores need it
 
         try:
             log = read_event_log(unpacked_log(stored.log or b""), self._model, self._digest)

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from scbm.testing.batches.campaign_work import CampaignWork
     from scbm.testing.batches.worker_processes import WorkerProcesses
     from scbm.testing.campaign import FORMAT_VERSION, Campaign, CaseResult, campaign_json, coverage_json
-    from scbm.testing.cases_over_nodes import Answers
     from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
     from scbm.testing.random_cases import RandomCases, draw_network
     from scbm.testing.random_streams import reaction_stream
+    from scbm.testing.real_drivers import Answers
     from scbm.testing.requirement_monitors import Violation, find_violations
     from scbm.testing.shrinking.case_sizes import Choice, Size
     from scbm.testing.shrinking.shrinker import Shrinker, Shrunk
@@ -69,7 +69,7 @@ __getattr__ = lazy_exports(
         "batches.worker_processes": "WorkerProcesses",
         "campaign": "FORMAT_VERSION Campaign CaseResult campaign_json coverage_json",
         "shrinking.case_sizes": "Choice Size",
-        "cases_over_nodes": "Answers",
+        "real_drivers": "Answers",
         "findings": "MAX_SHRUNK Finding find_causes",
         "random_cases": "RandomCases draw_network",
         "random_streams": "reaction_stream",

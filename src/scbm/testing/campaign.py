@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Figure
     from scbm.model import BehaviorModel, Waiver
     from scbm.testing.batches.campaign_work import CaseSource
-    from scbm.testing.cases_over_nodes import Answers
     from scbm.testing.findings import Finding
+    from scbm.testing.real_drivers import Answers
     from scbm.testing.shrinking.shrinker import Shrunk
     from scbm.testing.tester import Execution
     from scbm.testing.verdicts import Verdict

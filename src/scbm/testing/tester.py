@@ -61,13 +61,13 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record, RunSpans, Sentence
     from scbm.cases.trace.repetitions import Repetition
     from scbm.model import BehaviorModel, PlannerIdentity, Predicate, Value
-    from scbm.nodes.event_log import EventLog
-    from scbm.nodes.excluded_values import ExcludedValue
     from scbm.planning import Answer, PlanLimits, Planner, PlanSource
     from scbm.running import RunnerOptions
     from scbm.running.program import Program
     from scbm.running.simulation import Simulated
     from scbm.running.simulation.environment_moves import EnvironmentMoves
+    from scbm.running.simulation.excluded_values import ExcludedValue
+    from scbm.testing.event_logs.event_log import EventLog
     from scbm.testing.requirement_monitors import Violation
 
 
@@ -351,7 +351,7 @@ class Tester:
         """Return the values that drivers sent and the model excludes; in a simulation there are none."""
         if log is None:
             return ()
-        from scbm.nodes.excluded_values import excluded_values  # noqa: PLC0415 - few runs are over nodes
+        from scbm.running.simulation.excluded_values import excluded_values  # noqa: PLC0415 - few runs are over nodes
 
         return tuple(excluded_values(self.program, records))
 

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from scbm.files import digest_of, load_model, read_case
-from scbm.nodes.event_log import open_event_log
 from scbm.store import Replays, read_history
+from scbm.testing.event_logs.event_log import open_event_log
 from support.two_robots import two_robots_text
 from support.wording import Wording
 

@@ -16,10 +16,10 @@ from rich.console import Console
 from rich.text import Text
 
 from conftest import Ran
-from scbm.cli.campaigns.node_setup import warn
 from scbm.cli.output.terminal import TerminalOutput, folded, write_json
 from scbm.model import Diagnostic, Place, Slug
 from scbm.model.visible_text import escaped, in_one_line
+from scbm.nodes.verbs.node_setup import warn
 
 ROOT = Path(__file__).parents[3]
 CLEAR, RED_C1, BACKWARDS = "\x1b[2J", "\x9b31m", "\u202e"

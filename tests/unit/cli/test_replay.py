@@ -14,9 +14,9 @@ from scbm.cases import Expectations, OutcomeRule
 from scbm.cases.trace import End, Trace, read_trace, trace_digest
 from scbm.files import digest_of, load_model, read_case, read_model, write_case
 from scbm.model import Outcome
-from scbm.nodes.event_log import EventLog, LogStep, replay, write_event_log
 from scbm.running import Measured, Program
 from scbm.testing import RandomCases
+from scbm.testing.event_logs.event_log import EventLog, LogStep, replay, write_event_log
 from support.capturing import captured
 from support.models import SCAN_CELL
 from support.profiles import share

@@ -105,7 +105,7 @@ UNUSED = {
                 "multiprocessing",
                 "scbm.closing.certificate_files",
                 "scbm.closing.closer",
-                "scbm.nodes.buses.bus",
+                "scbm.nodes",
                 "scbm.proofcheck.runs_check",
                 "scbm.mutation",
             },

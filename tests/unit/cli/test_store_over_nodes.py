@@ -14,10 +14,10 @@ import pytest
 from scbm.cases import Case
 from scbm.files import digest_of, load_model, read_model
 from scbm.nodes import NodeRun
-from scbm.nodes.event_log import open_event_log, rerun
 from scbm.running import Program
 from scbm.store import Replays, read_history, write_store
 from scbm.testing import RandomCases
+from scbm.testing.event_logs.event_log import open_event_log, rerun
 from support.models import SCAN_CELL
 from support.real_runs import log_of, real_run
 from support.stores import a_run, cell, results
@@ -104,7 +104,7 @@ class RealScanner:
 def test_the_store_says_which_resources_were_real(
     scbm: Scbm, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
-    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.Session", lambda *_: RealScanner())
+    monkeypatch.setattr("scbm.nodes.verbs.over_nodes.Session", lambda *_: RealScanner())
     bindings = tmp_path / "bindings.yaml"
     bindings.write_text(BINDINGS, encoding="utf-8")
     path = tmp_path / "cov.db"
@@ -137,7 +137,7 @@ def test_each_case_is_stored_with_what_was_real_in_its_own_run(
     scbm: Scbm, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = AnotherController()
-    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.Session", lambda *_: session)
+    monkeypatch.setattr("scbm.nodes.verbs.over_nodes.Session", lambda *_: session)
     path = tmp_path / "cov.db"
     scbm("test", model, "--cases", 2, "--transport", "dds", "--domain", 7, "--store", path)
     report = json.loads(scbm("report", path, "--json").out)

@@ -19,8 +19,6 @@ from scbm.model import SET_BOOL, TRIGGER, BehaviorModel, ServiceType
 from scbm.nodes import Bus, ControllerNode, new_status
 from scbm.nodes.buses.bus import BusError, Received, Service, Topic
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
-from scbm.nodes.event_json import Note as NoteEvent
-from scbm.nodes.event_json import event_json, read_event
 from scbm.nodes.node_messages import (
     Abandon,
     Busy,
@@ -53,6 +51,8 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
+from scbm.testing.event_logs.event_json import Note as NoteEvent
+from scbm.testing.event_logs.event_json import event_json, read_event
 from support import loops
 from support.models import scan_cell
 from support.nodes import JOINS_NS, Stage

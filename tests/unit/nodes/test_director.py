@@ -20,11 +20,11 @@ from scbm.cases.trace import (
     ResourceChanged,
 )
 from scbm.model import OperationState, Outcome
-from scbm.nodes.event_json import Note
 from scbm.nodes.node_messages import Answering, Become, Fate, React, RestartResource
 from scbm.nodes.roles.director import Director
 from scbm.running import CancelRequest, ChangeResource, SendRequest
 from scbm.running.simulation import Choices, PlainReactions
+from scbm.testing.event_logs.event_json import Note
 from support.models import scan_cell
 from support.wording import Wording
 

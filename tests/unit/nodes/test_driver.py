@@ -11,8 +11,6 @@ import pytest
 from scbm.cases import Case, Injection
 from scbm.cases.trace import NETWORK, End, MessageDisturbed, Record, ResourceChanged
 from scbm.model import BehaviorModel
-from scbm.nodes.case_runner import CaseRunner
-from scbm.nodes.event_json import Note
 from scbm.nodes.roles.wall_clock import Clock, Driver
 from scbm.running import (
     AskPlan,
@@ -29,6 +27,8 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
+from scbm.running.simulation.case_runner import CaseRunner
+from scbm.testing.event_logs.event_json import Note
 from support.models import scan_cell
 from support.virtual_loop import VirtualLoop, run_virtually
 

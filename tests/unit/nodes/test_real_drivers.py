@@ -12,9 +12,9 @@ from scbm.cases.trace import End
 from scbm.files import read_bindings, read_case, read_model
 from scbm.nodes import ControllerNode
 from scbm.nodes.buses.bus import Topic
-from scbm.nodes.event_log import read_event_log, rerun, write_event_log
 from scbm.running import Program
 from scbm.testing import Answers, Excuse, Execution, FailureKind, Tester
+from scbm.testing.event_logs.event_log import read_event_log, rerun, write_event_log
 from support.loops import GUARD_S
 from support.nodes import Stage, run_or_lose
 from support.virtual_loop import VirtualLoop, run_virtually

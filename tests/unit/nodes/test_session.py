@@ -36,13 +36,13 @@ from scbm.nodes import (
 )
 from scbm.nodes.buses.bus import Received
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
+from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.nodes.node_messages import decode
 from scbm.nodes.roles.cell_topics import CellTopics, Membership
 from scbm.nodes.roles.node_process import Children
 from scbm.nodes.roles.session import Cell, RemoteCell
 from scbm.running.simulation import PlainReactions
 from scbm.testing import Tester
-from scbm.testing.cases_over_nodes import NodeTester
 from scbm.testing.verdicts import FailureKind
 from support.loops import GUARD_S
 from support.models import scan_cell

@@ -15,8 +15,6 @@ from scbm.cases.trace import End, ResourceChanged
 from scbm.files import digest_of, read_case, write_case
 from scbm.nodes import Lack, LostError, NodeRun, NotBegunError, NotReadyError, Reason, TesterNode, new_status
 from scbm.nodes.buses.bus import BusError, Received
-from scbm.nodes.event_json import event_json
-from scbm.nodes.event_log import replay
 from scbm.nodes.node_messages import (
     Abandon,
     Answering,
@@ -49,6 +47,8 @@ from scbm.running import (
 )
 from scbm.running.simulation import Choices, PlainReactions
 from scbm.testing import Tester
+from scbm.testing.event_logs.event_json import event_json
+from scbm.testing.event_logs.event_log import replay
 from support.models import scan_cell
 from support.nodes import JOINS_NS, Stage, repeat_status, run_case
 from support.virtual_loop import VirtualLoop, run_virtually

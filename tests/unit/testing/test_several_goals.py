@@ -17,13 +17,13 @@ from scbm.cases.trace import End, RunEnded, RunStarted, ends_of, ranges_of_goals
 from scbm.files import digest_of, parse_predicate, read_case, read_model, write_case
 from scbm.files.language.scope import Scope, Where
 from scbm.model import BehaviorModel, Outcome, Predicate
-from scbm.nodes.event_log import read_event_log, rerun, write_event_log
 from scbm.reports.run.mcap_trace import write_mcap
 from scbm.reports.run.perfetto import write_perfetto
 from scbm.reports.terminal.timeline import timeline
 from scbm.running import Program
 from scbm.store import Replays, read_history, write_store, written_recipe
 from scbm.testing import Excuse, Execution, Shrinker, Tester
+from scbm.testing.event_logs.event_log import read_event_log, rerun, write_event_log
 from support.nodes import Stage, run_cases
 from support.stores import a_run
 from support.virtual_loop import VirtualLoop, run_virtually

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import AssertionEvidence
     from scbm.cli.campaigns.store_keeper import Keeper, Since
     from scbm.cli.campaigns.suite import Suite
-    from scbm.nodes.event_log import EventLog
     from scbm.testing import CaseResult, Execution
     from scbm.testing.batches.campaign_runs import CampaignStep
+    from scbm.testing.event_logs.event_log import EventLog
 
 _SLOW = 500
 """Minimum number of simulated cases for a progress bar on a terminal; over nodes there always is one."""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.model import BehaviorModel, PlannerIdentity
-    from scbm.nodes.event_log import LogDocument
+    from scbm.testing.event_logs.event_log import LogDocument
 
 _LOG = re.compile(rb'\s*\{\s*"format"\s*:')
 """The beginning of logs and traces; no case begins so."""
@@ -126,8 +126,8 @@ def _with_planner_of(planner: PlannerIdentity, model: BehaviorModel, file: Path)
 
 def _of_log(asked: AskedRun) -> Rerun:
     """Replay a real run: feed its recorded events to a new runner."""
-    from scbm.nodes import event_log  # noqa: PLC0415 - it takes long to load, and few runs need it
     from scbm.running import Program  # noqa: PLC0415 - the same
+    from scbm.testing.event_logs import event_log  # noqa: PLC0415 - it takes long to load, and few runs need it
 
     if asked.time_limit is not None:
         message = "the run of a log had a time limit of its own"

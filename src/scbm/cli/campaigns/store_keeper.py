@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from scbm.closing.certificate_files import CheckedCertificate
     from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel
-    from scbm.nodes.event_log import EventLog
     from scbm.store import Recipe, StoreFigures, StoreWriter
     from scbm.testing import CaseResult, WrittenCase
+    from scbm.testing.event_logs.event_log import EventLog
 
 
 @contextmanager
@@ -138,7 +138,7 @@ class Keeper:
         """Return the text of the log of a run over nodes."""
         if log is None:
             return None
-        from scbm.nodes.event_log import write_event_log  # noqa: PLC0415 - it takes long to load; few runs need it
+        from scbm.testing.event_logs.event_log import write_event_log  # noqa: PLC0415 - it takes long to load; few runs need it
 
         return write_event_log(log, self._model)
 

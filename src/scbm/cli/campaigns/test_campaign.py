@@ -8,7 +8,7 @@ from os.path import lexists
 from typing import TYPE_CHECKING, Any
 
 from scbm.cases.coverage import LiftedStatuses, Statuses
-from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches, finished_executions
+from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.campaigns.suite_recording import update_hint
 from scbm.cli.main import INTERRUPTED
@@ -29,12 +29,10 @@ from scbm.testing.batches.campaign_runs import StopRule, run_steps
 from scbm.testing.campaign import lifted_json, statuses_json
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from scbm.cases.coverage import Threshold
-    from scbm.cli.campaigns.campaign_loop import Finished
-    from scbm.cli.options.node_options import NodeOptions
     from scbm.model import Requirement
     from scbm.testing import Campaign, Finding
     from scbm.testing.batches.batch_summary import BatchSummary
@@ -150,51 +148,14 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     is_saved = output.save is None or done.ended is not None or _save_random(suite, tester, output.save)
     findings = find_causes(tester, done.campaign, MAX_SHRUNK if output.shrink and is_whole else 0)
     saved, is_kept = _save_all_small(suite, findings, output.failures)
-    is_kept = is_kept and _remember_failed(suite, done.campaign, output.failures)
+    is_kept = is_kept and remember_failed(suite, done.campaign, output.failures)
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
-    code = _report(done, _setting(suite, findings, commands), output, suite)
+    code = report_campaign(done, setting_of(suite, findings, commands), output, suite)
     return code if is_saved and is_kept else max(2, code)
 
 
-def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, command: str) -> int:
-    """Run the cases over nodes, print the report, and return the exit code.
-
-    Args:
-        suite: the cases.
-        output: the options for output and storage.
-        asked: where they run.
-        command: what runs them all again.
-    """
-    from scbm.cli.campaigns.node_setup import refuse_beyond_reach  # noqa: PLC0415 - the same
-    from scbm.cli.campaigns.over_nodes import over_nodes  # noqa: PLC0415 - sockets and processes, which few runs need
-
-    refuse_beyond_reach(suite, asked.real, "--real")
-    tester = Tester(suite.model)
-    with over_nodes(asked, tester) as nodes:
-        if not asked.starts:  # the controller reports which resources are real
-            refuse_beyond_reach(suite, nodes.real, "--network")
-
-        def run(begin: Callable[[str], None]) -> Generator[Finished, None, None]:
-            return finished_executions(suite, nodes.executions(suite.work.cases(), begin))
-
-        done = carry_out(suite, output.store, run, asked.words, stop=output.stop)
-    is_kept = nodes.logs.is_whole and _remember_failed(suite, done.campaign, output.failures)
-    findings = find_causes(tester, done.campaign, 0)  # what fails over nodes need not fail in simulation
-    logs = (nodes.logs.files.get(finding.names[0]) for finding in findings)
-    commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
-    setting = replace(_setting(suite, findings, commands), where=asked.words, answers=nodes.answers)
-    setting = replace(setting, excluded=tuple(nodes.excluded.values()))
-    code = _report(done, setting, output, suite)
-    if nodes.logs.words is not None and not output.json:
-        errors().prose(f"scbm: {nodes.logs.words}")
-    for complaint in nodes.complaints:
-        errors().prose(f"scbm: {complaint}")
-    if any(answers.is_silent for answers in nodes.answers):
-        code = max(code, 1)
-    return code if is_kept else max(2, code)
-
-
-def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: Suite) -> int:
+def report_campaign(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: Suite) -> int:
+    """Print the report of a campaign, and return its exit code."""
     campaign, since = done.campaign, done.since
     statuses = None
     if suite.evidence is not None:
@@ -388,7 +349,7 @@ def _again(suite: Suite, finding: Finding, saved: Path | None) -> str:
     return suite.again(finding.names[0]) or ""
 
 
-def _setting(suite: Suite, findings: Sequence[Finding], commands: Sequence[str]) -> Setting:
+def setting_of(suite: Suite, findings: Sequence[Finding], commands: Sequence[str]) -> Setting:
     """Return what the report shows in addition to the results."""
     return Setting(
         str(suite.file),
@@ -403,7 +364,7 @@ def _setting(suite: Suite, findings: Sequence[Finding], commands: Sequence[str])
     )
 
 
-def _remember_failed(suite: Suite, campaign: Campaign, directory: Path) -> bool:
+def remember_failed(suite: Suite, campaign: Campaign, directory: Path) -> bool:
     """Record for `--lf` which cases failed; show an error instead of raising it, and return whether there was none."""
     listed = campaign.summary.failed_positions
     failed = dict.fromkeys(map(campaign.source.name, listed))

@@ -18,7 +18,7 @@ from scbm.cli.options.option_errors import option_error, refuse_given
 from scbm.cli.options.registry_options import NameOf
 from scbm.files import load_bindings, load_model, parse_duration, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.nodes.buses.transports import ALL_INTERFACES, DEFAULT_TRANSPORT, LOOPBACK, TRANSPORTS
+from scbm.testing.transports import ALL_INTERFACES, DEFAULT_TRANSPORT, LOOPBACK, TRANSPORTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -10,7 +10,6 @@ from scbm.cli.campaigns.test_campaign import (
     CampaignOutput,
     refuse_outputs,
     refuse_selection,
-    run_over_nodes,
     select_cases,
     simulate,
 )
@@ -57,7 +56,9 @@ from scbm.cli.options.verb_options import (
     Seed,
     Store,
 )
+from scbm.model.lazy_exports import load_named
 from scbm.reports.figure_table import shown_path
+from scbm.testing.transports import RUN_OVER_NODES
 from scbm.testing.written_cases import RecordingMode
 
 
@@ -190,6 +191,6 @@ def command(
         failures=failures,
         planner=tuple(planner.words),
     )
-    return run_over_nodes(
-        suite, output, asked, f"scbm test {shown_path(str(model))}{suite.test_options}{asked.options}"
-    )
+    again = f"scbm test {shown_path(str(model))}{suite.test_options}{asked.options}"
+    code: int = load_named(RUN_OVER_NODES)(suite, output, asked, again)
+    return code

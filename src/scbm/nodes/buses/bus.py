@@ -7,7 +7,7 @@ All that is called back is called on the event loop that the bus was opened on, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from scbm.model import SET_BOOL, TRIGGER, FieldType, MessageType, Scalar, ServiceType
 
@@ -23,6 +23,7 @@ __all__ = [
     "BusError",
     "Client",
     "FieldType",
+    "Join",
     "MessageType",
     "Publisher",
     "Received",
@@ -224,3 +225,7 @@ class BusError(Exception):
         self.message = message
         self.remedy = remedy
         self.where = where
+
+
+Join: TypeAlias = "Callable[[str], Bus]"
+"""Opens the bus of a node, given the name of the node, on the running event loop. Raises `BusError`."""

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from scbm.cases.trace import SENT, InjectionApplied
 from scbm.model import Binding, format_value
 from scbm.nodes.buses.bus import Topic, Unmatched
-from scbm.nodes.excluded_values import EXCLUDED, excluded_values
 from scbm.nodes.links.link import Measurement, PresenceMonitor
+from scbm.running.simulation.excluded_values import EXCLUDED, excluded_values
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence

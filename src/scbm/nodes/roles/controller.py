@@ -19,9 +19,6 @@ from scbm.cases.trace import NETWORK, InjectionApplied, ResourceChanged, Trace, 
 from scbm.files import read_case
 from scbm.model import InputError, PlanSet
 from scbm.nodes.buses.bus import BusError
-from scbm.nodes.case_runner import CaseRunner
-from scbm.nodes.event_json import event_json, read_note
-from scbm.nodes.event_log import read_options
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
 from scbm.nodes.links.link import Correlation
 from scbm.nodes.links.measured_topics import ExclusionWarnings, Refusals
@@ -66,6 +63,9 @@ from scbm.running import (
     RunnerOptions,
 )
 from scbm.running.search_guard import plan_guarded
+from scbm.running.simulation.case_runner import CaseRunner
+from scbm.testing.event_logs.event_json import event_json, read_note
+from scbm.testing.event_logs.event_log import read_options
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -75,10 +75,10 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record
     from scbm.model import Resource, Value
     from scbm.nodes.buses.bus import Bus, Received
-    from scbm.nodes.event_json import Note
     from scbm.nodes.links.link import Link, Measurement, Reply
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import AskPlan, CancelRequest, Event, RunFinished, SendRequest
+    from scbm.testing.event_logs.event_json import Note
 
     DrawPlans: TypeAlias = Callable[[Origin], Callable[[], float]]
 

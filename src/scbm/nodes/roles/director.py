@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from scbm.cases import Delivery
     from scbm.cases.trace import Record
     from scbm.model import Resource
-    from scbm.nodes.event_json import Note
     from scbm.nodes.node_messages import Answering
     from scbm.running import Effect
     from scbm.running.simulation import Choices
+    from scbm.testing.event_logs.event_json import Note
 
 
 _OUTCOMES = {RequestOutcome.SUCCEEDED: Outcome.SUCCEED, RequestOutcome.FAILED: Outcome.FAIL}

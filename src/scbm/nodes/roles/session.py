@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.model import BehaviorModel
-    from scbm.nodes.buses.bus import Bus
-    from scbm.nodes.buses.transports import Join
+    from scbm.nodes.buses.bus import Bus, Join
     from scbm.nodes.node_messages import Status
     from scbm.nodes.roles.controller import DrawPlans
     from scbm.nodes.roles.node_process import Children

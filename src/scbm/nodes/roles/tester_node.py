@@ -10,9 +10,6 @@ from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, ends
 from scbm.files import write_case
 from scbm.model import PlannerIdentity
 from scbm.nodes.buses.bus import BusError
-from scbm.nodes.case_runner import CaseRunner
-from scbm.nodes.event_json import event_json, read_event
-from scbm.nodes.event_log import EventLog, LogStep
 from scbm.nodes.node_messages import (
     VERSION,
     Abandon,
@@ -37,6 +34,9 @@ from scbm.nodes.roles.wall_clock import Clock
 from scbm.planning import planner_of_random_runs
 from scbm.running import InjectionGiven, Program, RunFinished, records_of
 from scbm.running.simulation import Simulated
+from scbm.running.simulation.case_runner import CaseRunner
+from scbm.testing.event_logs.event_json import event_json, read_event
+from scbm.testing.event_logs.event_log import EventLog, LogStep
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,11 +46,11 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
     from scbm.nodes.buses.bus import Received
-    from scbm.nodes.event_json import Note
     from scbm.nodes.node_messages import Become, Fate, Message, React, RestartResource
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import Effect, Event, RunnerOptions
     from scbm.running.simulation import Choices
+    from scbm.testing.event_logs.event_json import Note
 
 _QUIET_S = 1.0
 """A tester that waits longer than this reports the missing nodes."""

@@ -20,9 +20,9 @@ from scbm.running import AskPlan, CancelRequest, RunFinished, SendRequest, TimeP
 
 if TYPE_CHECKING:
     from scbm.cases.trace import Record
-    from scbm.nodes.case_runner import CaseRunner
-    from scbm.nodes.event_json import Note
     from scbm.running import Event
+    from scbm.running.simulation.case_runner import CaseRunner
+    from scbm.testing.event_logs.event_json import Note
 
 
 class Surroundings(Protocol):

@@ -13,7 +13,6 @@ from rich.text import Text
 
 from scbm.cases.coverage import Aspect, Decision, InstanceFolds, LiftedStatuses, Obligation, Statuses
 from scbm.closing.summaries import aspects_in_words
-from scbm.nodes.excluded_values import EXCLUDED
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans, in_few
 from scbm.reports.figure_table import (
@@ -34,6 +33,7 @@ from scbm.reports.figure_table import (
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
+from scbm.running.simulation.excluded_values import EXCLUDED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from scbm.reports.cover_advice import CoverAdvice
     from scbm.reports.missed_reasons import Missed
     from scbm.testing import Answers, Campaign, Finding
-    from scbm.testing.cases_over_nodes import ExcludedVariable
+    from scbm.testing.real_drivers import ExcludedVariable
 
 
 def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has

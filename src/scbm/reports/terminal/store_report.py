@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from scbm.cases.coverage import Decision
-from scbm.nodes.excluded_values import EXCLUDED
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
@@ -29,6 +28,7 @@ from scbm.reports.figure_table import (
 from scbm.reports.missed_reasons import close_command
 from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
+from scbm.running.simulation.excluded_values import EXCLUDED
 from scbm.testing.campaign import coverage_json, lifted_json
 
 if TYPE_CHECKING:

@@ -22,16 +22,16 @@ from scbm.cases.trace import (
     spans_of,
 )
 from scbm.model import OperationState, format_moment
-from scbm.nodes.excluded_values import EXCLUDED
 from scbm.reports.figure_table import DEFAULT_COLUMNS
 from scbm.reports.run.event_lines import story_lines
+from scbm.running.simulation.excluded_values import EXCLUDED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.model import BehaviorModel
-    from scbm.nodes.excluded_values import ExcludedValue
     from scbm.reports.run.event_lines import EventLine
+    from scbm.running.simulation.excluded_values import ExcludedValue
     from scbm.testing import Execution
 
 TIME_WIDTH = 11

@@ -9,9 +9,9 @@ from scbm.nodes.buses.bus import BusError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from scbm.nodes.buses.bus import Bus
+    from scbm.nodes.buses.bus import Bus, Join
 
-__all__ = ["open_dds"]
+__all__ = ["connect_dds", "open_dds"]
 
 
 def open_dds(node: str, domain: int, warn: Callable[[str], None], interface: str | None = None) -> Bus:
@@ -34,3 +34,8 @@ def open_dds(node: str, domain: int, warn: Callable[[str], None], interface: str
             raise
         raise BusError("cyclonedds is not installed", "pip install 'scbm[dds]'") from error
     return DdsBus.open(node, domain, warn, interface)
+
+
+def connect_dds(domain: int, warn: Callable[[str], None], interface: str | None) -> Join:
+    """Connect nodes by Cyclone DDS, which is loaded with the first bus."""
+    return lambda node: open_dds(f"scbm_{node}", domain, warn, interface)

@@ -20,7 +20,7 @@ from scbm.nodes.buses.dds.unmatched import (
     taker_of_responses,
     why_unmatched,
 )
-from scbm.nodes.buses.transports import ALL_INTERFACES
+from scbm.testing.transports import ALL_INTERFACES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.nodes.buses.transports import ALL_INTERFACES, LOOPBACK
+from scbm.testing.transports import ALL_INTERFACES, LOOPBACK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

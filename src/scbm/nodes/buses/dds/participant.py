@@ -24,7 +24,7 @@ from scbm.nodes.buses.bus import BusError
 from scbm.nodes.buses.dds.interfaces import bound_to_loopback, configuration
 from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, NodeEntities, participant_entities
 from scbm.nodes.buses.dds.raw_samples import RawWriter, delete
-from scbm.nodes.buses.transports import ALL_INTERFACES, LOOPBACK
+from scbm.testing.transports import ALL_INTERFACES, LOOPBACK
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

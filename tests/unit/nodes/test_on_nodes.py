@@ -9,11 +9,11 @@ from scbm.cases import Case
 from scbm.cases.trace import End, PlanAsked, PlanReceived
 from scbm.files import read_case
 from scbm.nodes import LostError, NodeRun
-from scbm.nodes.event_log import EventLog
+from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Choices, Simulator
 from scbm.testing import FailureKind, Tester
-from scbm.testing.cases_over_nodes import NodeTester
+from scbm.testing.event_logs.event_log import EventLog
 from support.models import scan_cell
 from support.wording import Wording
 

@@ -76,7 +76,7 @@ class Simulations:
 @pytest.fixture
 def nodes(monkeypatch: pytest.MonkeyPatch) -> Simulations:
     session = Simulations()
-    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.Session", lambda *_: session)
+    monkeypatch.setattr("scbm.nodes.verbs.over_nodes.Session", lambda *_: session)
     return session
 
 

@@ -9,12 +9,12 @@ import pytest
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import SENT, End, InjectionApplied, Record
 from scbm.files import read_case, read_model
-from scbm.nodes.event_log import read_event_log, rerun, write_event_log
-from scbm.nodes.excluded_values import excluded_values
 from scbm.nodes.roles.cell_topics import CellTopics
 from scbm.running import Event, GoalGiven, Measured, PlanAnswered, PlanStatus, Program, ReplyArrived, Runner, records_of
+from scbm.running.simulation.excluded_values import excluded_values
 from scbm.testing import Execution, Tester
-from scbm.testing.cases_over_nodes import ExcludedVariable, with_excluded
+from scbm.testing.event_logs.event_log import read_event_log, rerun, write_event_log
+from scbm.testing.real_drivers import ExcludedVariable, with_excluded
 from support.loops import GUARD_S
 from support.nodes import Stage, run_or_lose
 from support.virtual_loop import VirtualLoop, run_virtually

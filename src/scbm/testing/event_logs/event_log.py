@@ -19,10 +19,10 @@ from scbm.cases.trace import End, ends_of
 from scbm.files import open_input, read_case, write_case
 from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug, refuse_other_version
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
-from scbm.nodes.case_runner import CaseRunner
-from scbm.nodes.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
 from scbm.running import RunnerOptions, records_of
 from scbm.running.simulation import Simulated
+from scbm.running.simulation.case_runner import CaseRunner
+from scbm.testing.event_logs.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

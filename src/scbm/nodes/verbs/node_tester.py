@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, refuse_outputs, run_over_nodes
+from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, refuse_outputs
 from scbm.cli.options.campaign_options import read_thresholds, refuse_asserted
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
@@ -23,8 +23,9 @@ from scbm.cli.options.node_options import (
 )
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.cli.options.verb_options import Cases, FailUnder, Files, Json, Missing, Model, Network, Require, Seed, Store
-from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
+from scbm.nodes.verbs.over_nodes import run_over_nodes
 from scbm.reports.figure_table import shown_path
+from scbm.testing.transports import DEFAULT_TRANSPORT
 
 
 def command(

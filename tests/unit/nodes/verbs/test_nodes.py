@@ -14,19 +14,19 @@ from typing import Any
 import pytest
 
 from scbm.cases.coverage import Obligations
-from scbm.cli.campaigns.over_nodes import Waiting, cell_error
 from scbm.cli.options.node_options import NodeOptions, Via, read_domain, read_interface, read_time_scale
 from scbm.cli.options.option_values import read_requirements
 from scbm.cli.output.progress import CampaignLines
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Slug
 from scbm.nodes import Lack, NotReadyError, Reason
+from scbm.nodes.verbs.over_nodes import Waiting, cell_error
 from scbm.testing import RandomCases, Tester
 from scbm.testing.batches.batch_summary import SummaryBuilder
 from support.models import SCAN_CELL
 from support.wording import Wording, diagnostic_heads
 
-AFTER = load_model(Path(__file__).parents[3] / "examples/robot_in_the_air/after.yaml")
+AFTER = load_model(Path(__file__).parents[4] / "examples/robot_in_the_air/after.yaml")
 
 
 @pytest.fixture
@@ -289,7 +289,7 @@ def real(model: Path) -> tuple[object, ...]:
 def test_cases_that_say_what_becomes_of_real_resources_are_all_refused_before_anything_runs(
     scbm: Callable[..., Any], model: Path, real: tuple[object, ...], monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
-    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", None)
+    monkeypatch.setattr("scbm.nodes.verbs.over_nodes.over_nodes", None)
     cases = []
     for name, more in (("good", ""), ("scan_fails", "outcomes: {scan_box: fail}"), ("late", "network: {latency: 1 s}")):
         cases.append(model.with_name(f"{name}.yaml"))
@@ -308,7 +308,7 @@ def test_a_tester_refuses_such_cases_once_the_controller_has_reported_what_is_re
     scbm: Callable[..., Any], model: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     whole = SimpleNamespace(real=("scan",), results=None)
-    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", lambda *_: nullcontext(whole))
+    monkeypatch.setattr("scbm.nodes.verbs.over_nodes.over_nodes", lambda *_: nullcontext(whole))
     case = model.with_name("scan_fails.yaml")
     case.write_text("case: scan_fails\ngoal: scanned\noutcomes: {scan: fail}\n", encoding="utf-8")
     ran = scbm("node", "tester", model, case, "--cases", 1, "--network", "latency: 1 ms")
@@ -321,7 +321,7 @@ def test_a_tester_refuses_such_cases_once_the_controller_has_reported_what_is_re
 def test_real_resources_have_no_scale_of_time(
     scbm: Callable[..., Any], model: Path, real: tuple[object, ...], monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
-    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", None)
+    monkeypatch.setattr("scbm.nodes.verbs.over_nodes.over_nodes", None)
     ran = scbm("test", model, *real, "--time-scale", 2)
     assert (ran.code, ran.out) == (2, "")
     assert "error[bad-option]" in ran.err

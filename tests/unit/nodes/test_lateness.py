@@ -8,8 +8,8 @@ import pytest
 
 from scbm.cases.trace import PlanAsked, PlanReceived, Record
 from scbm.files import read_case, read_model
+from scbm.nodes.cases_over_nodes import slowest_plan_ns, too_late
 from scbm.testing import Tester
-from scbm.testing.cases_over_nodes import slowest_plan_ns, too_late
 from support.models import SCAN_CELL
 from support.wording import Wording
 

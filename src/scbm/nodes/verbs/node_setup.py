@@ -17,15 +17,15 @@ from scbm.files import digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import in_one_line
 from scbm.nodes import Bus, BusError, NodeContext, ServedNode, beyond_reach, new_status, serve
-from scbm.nodes.buses.transports import LOOPBACK, TRANSPORTS
 from scbm.nodes.limited_warnings import LimitedWarnings
+from scbm.testing.transports import LOOPBACK, TRANSPORTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from scbm.cli.campaigns.suite import Suite
     from scbm.model import BehaviorModel
-    from scbm.nodes.buses.transports import Join
+    from scbm.nodes.buses.bus import Join
 
 
 def open_rclpy(domain: int, warn: Callable[[str], None]) -> Bus:

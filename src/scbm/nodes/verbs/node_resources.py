@@ -5,7 +5,6 @@ from typing import Annotated
 import typer
 
 from scbm.cases import Origin
-from scbm.cli.campaigns.node_setup import serve_node
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Domain,
@@ -22,9 +21,10 @@ from scbm.cli.options.verb_options import Model
 from scbm.files import load_model, suggestion
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.nodes import Bus, NodeContext, ResourcesNode
-from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
+from scbm.nodes.verbs.node_setup import serve_node
 from scbm.running.simulation import DrawnReactions
 from scbm.testing import reaction_stream
+from scbm.testing.transports import DEFAULT_TRANSPORT
 
 
 def command(

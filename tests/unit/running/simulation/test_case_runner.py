@@ -7,9 +7,9 @@ import pytest
 from scbm.cases import Case
 from scbm.cases.trace import End, MeasurementReceived, Trace, write_trace
 from scbm.files import read_case, read_model
-from scbm.nodes.event_log import read_event_log, replay, rerun, write_event_log
 from scbm.running import Program
 from scbm.testing import Execution, Tester
+from scbm.testing.event_logs.event_log import read_event_log, replay, rerun, write_event_log
 from support.loops import GUARD_S
 from support.nodes import Stage, run_or_lose
 from support.virtual_loop import VirtualLoop, run_virtually

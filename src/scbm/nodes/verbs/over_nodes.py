@@ -1,7 +1,7 @@
 """Campaigns over nodes: the cell, remedies while it is incomplete, the progress, and the saved event logs.
 
-Remedies are the sentences and commands that errors suggest to users. A saved log never
-replaces another one: a real run cannot be repeated.
+`scbm test --transport` and `scbm node tester` run them. Remedies are the sentences and commands that errors suggest to
+users. A saved log never replaces another one: a real run cannot be repeated.
 """
 
 from __future__ import annotations
@@ -14,31 +14,74 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.cli.campaigns.node_setup import bus_error, warn
+from scbm.cli.campaigns.campaign_loop import carry_out, finished_executions
+from scbm.cli.campaigns.test_campaign import remember_failed, report_campaign, setting_of
 from scbm.cli.options.node_options import ALONE, Via, transport_option
 from scbm.cli.output.terminal import errors
 from scbm.files import FileWriter, digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import in_one_line
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
-from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, LOOPBACK, TRANSPORTS
-from scbm.nodes.event_log import write_event_log
+from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.nodes.limited_warnings import LimitedWarnings
+from scbm.nodes.verbs.node_setup import bus_error, refuse_beyond_reach, warn
 from scbm.reports import counted
-from scbm.testing import Answers
-from scbm.testing.cases_over_nodes import NodeTester, with_excluded
+from scbm.reports.figure_table import shown_path
+from scbm.testing import Answers, Tester, find_causes
+from scbm.testing.event_logs.event_log import write_event_log
 from scbm.testing.random_streams import draw_plans
+from scbm.testing.real_drivers import with_excluded
+from scbm.testing.transports import DEFAULT_TRANSPORT, LOOPBACK, TRANSPORTS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 
     from scbm.cases import Case
+    from scbm.cli.campaigns.campaign_loop import Finished
+    from scbm.cli.campaigns.suite import Suite
+    from scbm.cli.campaigns.test_campaign import CampaignOutput
     from scbm.cli.options.node_options import NodeOptions
     from scbm.nodes import Reason
-    from scbm.nodes.event_log import EventLog
+    from scbm.nodes.buses.bus import Join
     from scbm.nodes.roles.session import Cell
-    from scbm.testing import Execution, Tester
-    from scbm.testing.cases_over_nodes import ExcludedVariable
+    from scbm.testing import Execution
+    from scbm.testing.event_logs.event_log import EventLog
+    from scbm.testing.real_drivers import ExcludedVariable
+
+
+def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, command: str) -> int:
+    """Run the cases over nodes, print the report, and return the exit code.
+
+    Args:
+        suite: the cases.
+        output: the options for output and storage.
+        asked: where they run.
+        command: what runs them all again.
+    """
+    refuse_beyond_reach(suite, asked.real, "--real")
+    tester = Tester(suite.model)
+    with over_nodes(asked, tester) as nodes:
+        if not asked.starts:  # the controller reports which resources are real
+            refuse_beyond_reach(suite, nodes.real, "--network")
+
+        def run(begin: Callable[[str], None]) -> Generator[Finished, None, None]:
+            return finished_executions(suite, nodes.executions(suite.work.cases(), begin))
+
+        done = carry_out(suite, output.store, run, asked.words, stop=output.stop)
+    is_kept = nodes.logs.is_whole and remember_failed(suite, done.campaign, output.failures)
+    findings = find_causes(tester, done.campaign, 0)  # what fails over nodes need not fail in simulation
+    logs = (nodes.logs.files.get(finding.names[0]) for finding in findings)
+    commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
+    setting = replace(setting_of(suite, findings, commands), where=asked.words, answers=nodes.answers)
+    setting = replace(setting, excluded=tuple(nodes.excluded.values()))
+    code = report_campaign(done, setting, output, suite)
+    if nodes.logs.words is not None and not output.json:
+        errors().prose(f"scbm: {nodes.logs.words}")
+    for complaint in nodes.complaints:
+        errors().prose(f"scbm: {complaint}")
+    if any(answers.is_silent for answers in nodes.answers):
+        code = max(code, 1)
+    return code if is_kept else max(2, code)
 
 
 @dataclass
@@ -234,7 +277,7 @@ def _node_errors(asked: NodeOptions) -> Iterator[None]:
 
 def _cell(asked: NodeOptions, warn: Callable[[str], None]) -> Cell:
     transport = TRANSPORTS[asked.transport]
-    join = transport.connect(asked.domain, warn, asked.interface)
+    join: Join = transport.connect(asked.domain, warn, asked.interface)
     if not transport.joins_processes:
         return LoopbackCell(digest_of(asked.model), join, draw_plans)
 

@@ -2,7 +2,6 @@
 
 from functools import partial
 
-from scbm.cli.campaigns.node_setup import open_rclpy, serve_node
 from scbm.cli.options.node_options import (
     Bindings,
     Domain,
@@ -31,8 +30,9 @@ from scbm.cli.options.planner_options import (
 )
 from scbm.cli.options.verb_options import Model
 from scbm.nodes import Bus, ControllerNode, NodeContext
-from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
+from scbm.nodes.verbs.node_setup import open_rclpy, serve_node
 from scbm.testing.random_streams import draw_plans
+from scbm.testing.transports import DEFAULT_TRANSPORT
 
 
 def command(

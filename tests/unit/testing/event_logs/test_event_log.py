@@ -16,8 +16,6 @@ from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunnerStarted
 from scbm.files import read_network
 from scbm.model import BehaviorModel, InputError, Outcome, PlannerIdentity, Slug, State
-from scbm.nodes.event_json import Note, event_json, reaction_json, read_event, read_note, read_reaction
-from scbm.nodes.event_log import EventLog, LogStep, open_event_log, read_event_log, replay, rerun, write_event_log
 from scbm.planning import PlanLimits
 from scbm.running import (
     Event,
@@ -32,6 +30,16 @@ from scbm.running import (
     TimePassed,
 )
 from scbm.testing import RandomCases
+from scbm.testing.event_logs.event_json import Note, event_json, reaction_json, read_event, read_note, read_reaction
+from scbm.testing.event_logs.event_log import (
+    EventLog,
+    LogStep,
+    open_event_log,
+    read_event_log,
+    replay,
+    rerun,
+    write_event_log,
+)
 from support.capturing import DIGEST, captured
 from support.case_strategies import cases
 from support.models import scan_cell
@@ -480,7 +488,7 @@ def test_states_of_a_log_begin_where_its_case_does() -> None:
 
 
 def test_the_log_of_the_page_is_that_of_its_case() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "reference" / "event-logs.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[4] / "docs" / "reference" / "event-logs.md").read_text(encoding="utf-8")
     shown = page.partition("```json\n")[2].partition("```")[0]
     log = read_event_log(shown, CELL, DIGEST)
     again, records = captured(CELL, log.case)
@@ -490,7 +498,7 @@ def test_the_log_of_the_page_is_that_of_its_case() -> None:
 
 @pytest.mark.parametrize("event", [*EVENTS, Measured((), "heats")], ids=lambda event: type(event).__name__)
 def test_the_page_has_every_kind_and_field(event: Event | Note) -> None:
-    page = (Path(__file__).parents[3] / "docs" / "reference" / "event-logs.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[4] / "docs" / "reference" / "event-logs.md").read_text(encoding="utf-8")
     kind, *fields = event_json(event)
     (row,) = [line for line in page.splitlines() if line.startswith(f"| `{event_json(event)[kind]}` |")]
     assert [field for field in fields if f"`{field}`" not in row] == []

@@ -1,0 +1,90 @@
+"""The real drivers of a campaign: their replies in the traces of runs, and their values that the model excludes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from scbm.cases.trace import RequestOutcome, spans_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from scbm.cases.trace import Record
+    from scbm.running.simulation.excluded_values import ExcludedValue
+    from scbm.testing.tester import Execution
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """The results of the requests to one resource.
+
+    Attributes:
+        resource: its name.
+        sent: how many requests went to it.
+        succeeded: the number of successful replies that came in time.
+        failed: the number of replies that reported a failure.
+        timed_out: how many it had not answered as the deadline of the operation passed that had sent them.
+    """
+
+    resource: str
+    sent: int = 0
+    succeeded: int = 0
+    failed: int = 0
+    timed_out: int = 0
+
+    @property
+    def given_up(self) -> int:
+        """The number of requests that were cancelled early, or were open when the run ended."""
+        return self.sent - self.succeeded - self.failed - self.timed_out
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether the resource got requests and none of them succeeded; those given up do not count."""
+        return self.succeeded == 0 and self.failed + self.timed_out > 0
+
+    def after(self, records: Sequence[Record]) -> Answers:
+        """Return these counts with those of one more run added.
+
+        A request without a reply timed out if the operation that sent it did. A later reply counts if the model still
+        waits for it.
+        """
+        requests = [span for span in spans_of(records).requests if span.resource == self.resource]
+        outcomes = [span.outcome for span in requests]
+        unanswered = (RequestOutcome.CANCELLED, RequestOutcome.UNANSWERED)
+        return Answers(
+            self.resource,
+            self.sent + len(requests),
+            self.succeeded + outcomes.count(RequestOutcome.SUCCEEDED),
+            self.failed + outcomes.count(RequestOutcome.FAILED),
+            self.timed_out + sum(span.missed_deadline and span.outcome in unanswered for span in requests),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ExcludedVariable:
+    """The values of one variable that drivers sent in a campaign and the model excludes.
+
+    Attributes:
+        variable: the variable.
+        count: the number of these values.
+        cases: the number of cases in which they were sent.
+        first_case: the name of the first of these cases.
+        first: the first of these values.
+    """
+
+    variable: str
+    count: int
+    cases: int
+    first_case: str
+    first: ExcludedValue
+
+
+def with_excluded(known: Mapping[str, ExcludedVariable], execution: Execution) -> dict[str, ExcludedVariable]:
+    """Return what is known of variables with excluded values, by their names, with one more run added."""
+    found = dict(known)
+    for name in dict.fromkeys(each.variable for each in execution.excluded):
+        values = [each for each in execution.excluded if each.variable == name]
+        before = known.get(name, ExcludedVariable(name, 0, 0, execution.case.name, values[0]))
+        found[name] = replace(before, count=before.count + len(values), cases=before.cases + 1)
+    return found
