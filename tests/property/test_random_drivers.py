@@ -25,8 +25,8 @@ from scbm.running import Measured, Program, ReplyArrived, Runner, records_of
 from scbm.running.simulation.case_runner import CaseRunner
 from scbm.running.simulation.excluded_values import EXCLUDED
 from scbm.testing import Execution, RandomCases, Tester
-from scbm.testing.event_logs.event_json import Note
 from scbm.testing.event_logs.event_log import EventLog, read_event_log, replay, write_event_log
+from scbm.testing.event_logs.event_records import Note
 from support.enumeration import _Outside, fork
 from support.loops import GUARD_S
 from support.nodes import Stage, run_or_lose

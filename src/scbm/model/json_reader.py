@@ -61,6 +61,7 @@ def read_json(text: str, max_characters: int) -> object:
     if len(text) > max_characters:
         raise JsonError(f"the text has more than {max_characters} characters")
     try:
+        text.encode()  # a peer in this process can hand over half of a surrogate pair
         value: object = json.loads(text, object_pairs_hook=_object, parse_constant=_refuse_constant)
         if "\\u" in text:  # only an escape can produce half of a surrogate pair
             json.dumps(value, ensure_ascii=False).encode()
@@ -70,8 +71,8 @@ def read_json(text: str, max_characters: int) -> object:
         raise JsonError(error.message, max(0, text.rfind(error.token))) from None
     except RecursionError:
         raise JsonError("this JSON is nested too deeply") from None
-    except UnicodeEncodeError:
-        position = next((match.start() for match in _SURROGATES.finditer(text) if match[1]), 0)
+    except UnicodeEncodeError as error:
+        position = next((match.start() for match in _SURROGATES.finditer(text) if match[1]), error.start)
         raise JsonError("a lone surrogate code unit is not a character", position) from None
     except ValueError:  # Python refuses to read integers of more than 4,300 digits
         raise JsonError("this JSON holds a number with too many digits") from None

@@ -5,33 +5,40 @@ A peer may be any program: data that is not a message of this version is refused
 
 from __future__ import annotations
 
-import json
-import re
-from dataclasses import dataclass, fields
-from fractions import Fraction
-from functools import cache
-from typing import Annotated, Any, ClassVar, TypeAlias, get_args, get_type_hints
+from typing import Annotated, TypeAlias
 
 from msgspec import Meta
+from msgspec.json import Encoder
 
-from scbm.model.json_reader import JsonError, convert_json, read_json_object
+from scbm.model.json_reader import JsonError, quoted, read_json_object
+from scbm.testing.event_logs.event_records import (
+    EventRecord,
+    Factor,
+    NoteRecord,
+    OptionsRecord,
+    OutcomeWord,
+    Travel,
+)
+from scbm.testing.event_logs.json_records import Count, JsonRecord, LongText, Names, Text, Values, read_record
 
 VERSION = 5
 """Incremented with every change that older nodes cannot parse."""
 
 _MAX_CHARACTERS = 8_000_000
-Count: TypeAlias = Annotated[int, Meta(ge=0, le=2**63 - 1)]
-"""A whole number from 0 on that a clock can hold."""
 
-_FRACTION = re.compile(r"[1-9]\d{0,17}(/[1-9]\d{0,17})?", re.ASCII)
+_Sentences: TypeAlias = Annotated[tuple[LongText, ...], Meta(max_length=10_000)]
 
 
-class NotAMessageError(ValueError):
-    """The received data is not a message; the text says why."""
+class _Message(JsonRecord, tag_field="kind", frozen=True):
+    """A message between nodes."""
+
+    @property
+    def kind(self) -> str:
+        """The name of its class on the wire."""
+        return str(self.__struct_config__.tag)
 
 
-@dataclass(frozen=True, slots=True)
-class Status:
+class Status(_Message, tag="status", frozen=True):
     """The status of a node. If two nodes exclude each other in a cell, the older one stays.
 
     Attributes:
@@ -46,24 +53,22 @@ class Status:
         words: its process and machine, for people.
     """
 
-    kind: ClassVar[str] = "status"
-    role: str
-    node: str
+    role: Text
+    node: Text
     version: Count
-    model: str
-    digest: str
-    resources: tuple[str, ...]
-    troubles: tuple[str, ...]
-    mismatched: tuple[str, ...]
+    model: Text
+    digest: Text
+    resources: Names
+    troubles: _Sentences
+    mismatched: _Sentences
     since_ns: Count
-    words: str
+    words: Text
 
 
 # from the tester to controller and resources
 
 
-@dataclass(frozen=True, slots=True)
-class Prepare:
+class Prepare(_Message, tag="prepare", frozen=True):
     """Prepare a run, and abandon any earlier one.
 
     Attributes:
@@ -77,167 +82,138 @@ class Prepare:
         real: the resources that real drivers carry out; the run does not wait for nodes that simulate them too.
     """
 
-    kind: ClassVar[str] = "prepare"
-    run: str
-    nodes: tuple[str, ...]
+    run: Text
+    nodes: Names
     case: str
-    options: dict[str, Any]
-    time_scale: str
+    options: OptionsRecord
+    time_scale: Factor
     is_relayed: bool
-    tester: str
-    real: tuple[str, ...] = ()
+    tester: Text
+    real: Names
 
 
-@dataclass(frozen=True, slots=True)
-class Go:
+class Go(_Message, tag="go", frozen=True):
     """The run begins."""
 
-    kind: ClassVar[str] = "go"
-    run: str
+    run: Text
 
 
-@dataclass(frozen=True, slots=True)
-class Note:
+class Note(_Message, tag="note", frozen=True):
     """An addition to the trace: a record without its time."""
 
-    kind: ClassVar[str] = "note"
-    run: str
-    note: dict[str, Any]
+    run: Text
+    note: NoteRecord
 
 
-@dataclass(frozen=True, slots=True)
-class Abandon:
+class Abandon(_Message, tag="abandon", frozen=True):
     """The tester has cancelled the run."""
 
-    kind: ClassVar[str] = "abandon"
-    run: str
+    run: Text
 
 
 # from controller and resources to the tester
 
 
-@dataclass(frozen=True, slots=True)
-class Prepared:
+class Prepared(_Message, tag="prepared", frozen=True):
     """A node is ready for the run."""
 
-    kind: ClassVar[str] = "prepared"
-    run: str
-    node: str
+    run: Text
+    node: Text
 
 
-@dataclass(frozen=True, slots=True)
-class Forgot:
+class Forgot(_Message, tag="forgot", frozen=True):
     """A node does not know a run, of which it received a message; or a controller leaves before it began the run."""
 
-    kind: ClassVar[str] = "forgot"
-    run: str
-    node: str
+    run: Text
+    node: Text
 
 
-@dataclass(frozen=True, slots=True)
-class Refused:
+class Refused(_Message, tag="refused", frozen=True):
     """A node cannot take part in the run."""
 
-    kind: ClassVar[str] = "refused"
-    run: str
-    node: str
-    why: str
+    run: Text
+    node: Text
+    why: LongText
 
 
-@dataclass(frozen=True, slots=True)
-class Busy:
+class Busy(_Message, tag="busy", frozen=True):
     """A node serves another tester, with this name for people, since `for_ns`."""
 
-    kind: ClassVar[str] = "busy"
-    run: str
-    node: str
-    tester: str
+    run: Text
+    node: Text
+    tester: Text
     for_ns: Count
 
 
-@dataclass(frozen=True, slots=True)
-class Stepped:
+class Stepped(_Message, tag="step", frozen=True):
     """An event came to the runner, or a note to the trace; `number` counts them from 1."""
 
-    kind: ClassVar[str] = "step"
-    run: str
+    run: Text
     number: Count
     at_ns: Count
-    event: dict[str, Any]
+    event: EventRecord
 
 
-@dataclass(frozen=True, slots=True)
-class Ended:
+class Ended(_Message, tag="ended", frozen=True):
     """The run ended with its last step; `trace` is the digest of its trace as the controller has it.
 
     `planner` is the name and the version of the planner of the controller.
     """
 
-    kind: ClassVar[str] = "ended"
-    run: str
+    run: Text
     steps: Count
-    trace: str
-    planner: str
+    trace: Text
+    planner: Text
 
 
-@dataclass(frozen=True, slots=True)
-class Answering:
+class Answering(_Message, tag="answering", frozen=True):
     """A simulated resource is about to answer, and asks how the reply travels; `job` counts its answers."""
 
-    kind: ClassVar[str] = "answering"
-    run: str
+    run: Text
     request: Count
-    resource: str
+    resource: Text
     job: Count
 
 
 # from the tester to simulated resources
 
 
-@dataclass(frozen=True, slots=True)
-class React:
+class React(_Message, tag="react", frozen=True):
     """The fate of a request: see `cases.Reaction`. `copies` has the delay of each copy that arrives."""
 
-    kind: ClassVar[str] = "react"
-    run: str
+    run: Text
     request: Count
-    resource: str
-    outcome: str
+    resource: Text
+    outcome: OutcomeWord
     latency_ns: Count
-    measured: dict[str, Any] | None
-    copies: tuple[Count, ...]
+    measured: Values | None
+    copies: Travel
 
 
-@dataclass(frozen=True, slots=True)
-class Fate:
+class Fate(_Message, tag="fate", frozen=True):
     """How a cancellation (`job` is 0) or a reply travels."""
 
-    kind: ClassVar[str] = "fate"
-    run: str
+    run: Text
     request: Count
-    resource: str
+    resource: Text
     job: Count
-    copies: tuple[Count, ...]
+    copies: Travel
 
 
-@dataclass(frozen=True, slots=True)
-class Become:
+class Become(_Message, tag="become", frozen=True):
     """The condition of a resource changes; `factor` is a fraction."""
 
-    kind: ClassVar[str] = "become"
-    run: str
-    resource: str
-    condition: str
-    factor: str
+    run: Text
+    resource: Text
+    condition: Text
+    factor: Factor
 
 
-@dataclass(frozen=True, slots=True)
-class RestartResource:
+class RestartResource(_Message, tag="restart", frozen=True):
     """A resource goes down, or comes up again."""
 
-    kind: ClassVar[str] = "restart"
-    run: str
-    resource: str
+    run: Text
+    resource: Text
     is_down: bool
 
 
@@ -261,56 +237,24 @@ Message: TypeAlias = (
 )
 
 
+_ENCODER = Encoder()
+
+
 def encode(message: Message) -> str:
     """Return the message as JSON."""
-    written = {field.name: getattr(message, field.name) for field in fields(message)}
-    return json.dumps({"kind": message.kind, **written}, ensure_ascii=False, separators=(",", ":"))
+    return _ENCODER.encode(message).decode()
 
 
 def decode(text: object) -> Message:
-    """Return the message that a text is; raise `NotAMessageError`."""
+    """Return the message that a text is; raise `JsonError`."""
     data = read_object(text)
-    kind = data.pop("kind", None)
-    shape = _shapes().get(kind) if isinstance(kind, str) else None
-    if shape is None:
-        raise NotAMessageError(f"`{str(kind)[:40]}` is no kind of message")
-    made, types = shape
-    if data.keys() != types.keys():
-        raise NotAMessageError(f"a `{kind}` has the fields {', '.join(types)}")
-    values = {name: _field(data[name], name, type_, kind) for name, type_ in types.items()}
-    message: Message = made(**values)
+    kind = data.get("kind")
+    message: Message = read_record(data, Message, quoted(kind) if isinstance(kind, str) else "a message")
     return message
 
 
-def _field(value: object, name: str, type_: Any, kind: object) -> object:  # noqa: ANN401 - a type of any kind
-    try:
-        return convert_json(value, type_)
-    except JsonError as error:
-        raise NotAMessageError(f"`{name}` of a `{kind}` is of the wrong type: {error.message}") from None
-
-
-def read_object(text: object) -> dict[str, Any]:
-    """Return the JSON object that a text is; raise `NotAMessageError`."""
+def read_object(text: object, max_characters: int = _MAX_CHARACTERS) -> dict[str, object]:
+    """Return the JSON object that a text is; raise `JsonError`."""
     if not isinstance(text, str):
-        raise NotAMessageError("a message is a text")
-    try:
-        return read_json_object(text, _MAX_CHARACTERS)
-    except JsonError as error:
-        raise NotAMessageError(error.message) from None
-
-
-def read_fraction(text: str) -> Fraction:
-    """Return the fraction greater than 0 that a field says; raise `NotAMessageError`."""
-    if not _FRACTION.fullmatch(text):
-        raise NotAMessageError(f"`{text[:40]}` is not a fraction greater than 0")
-    return Fraction(text)
-
-
-@cache
-def _shapes() -> dict[str, tuple[Any, dict[str, Any]]]:
-    """Return the class of each kind of message, and the types of its fields."""
-    shapes = {}
-    for message in get_args(Message):
-        types = get_type_hints(message, include_extras=True)
-        shapes[message.kind] = (message, {field.name: types[field.name] for field in fields(message)})
-    return shapes
+        raise JsonError("a message is a text")
+    return read_json_object(text, max_characters)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
 
 from scbm.files import read_bindings, read_case, write_case
 from scbm.model import TRIGGER, Binding, MeasuredTopic, MessageType, Reading, Resource, Scalar, TopicPair
@@ -15,7 +14,7 @@ from scbm.nodes.links.bound_link import BoundLink
 from scbm.nodes.links.link import Correlation, Reply
 from scbm.nodes.node_messages import Abandon, Go, Message, Prepare, Refused, decode, encode
 from scbm.nodes.roles.cell_topics import CellTopics
-from scbm.running import RunnerOptions
+from support.event_records import OPTIONS
 from support.hearing import Heard
 from support.models import scan_cell
 from support.nodes import Stage
@@ -40,7 +39,7 @@ def open_driver(bus: Bus) -> list[str]:
 async def begin_run(node: ControllerNode, cases: Publisher, loop: VirtualLoop, more: str = "") -> None:
     """A run that goes on until the driver replies."""
     case = write_case(read_case(f"case: scans\ngoal: scanned\n{more}", MODEL), MODEL, None)
-    prepare = Prepare("run_1", (node.membership.own.node,), case, asdict(RunnerOptions()), "1", False, "process 1")
+    prepare = Prepare("run_1", (node.membership.own.node,), case, OPTIONS, "1", False, "process 1", ())
     messages: list[Message] = [prepare, Go("run_1")]
     for message in messages:
         cases.publish(encode(message))

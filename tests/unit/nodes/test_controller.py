@@ -11,6 +11,7 @@ from threading import Event as ThreadEvent
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from scbm.cases import Case
 from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, trace_digest
@@ -51,9 +52,10 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
-from scbm.testing.event_logs.event_json import Note as NoteEvent
-from scbm.testing.event_logs.event_json import event_json, read_event
+from scbm.testing.event_logs.event_records import MeasuredRecord, event_of, event_record, note_record
+from scbm.testing.event_logs.event_records import Note as NoteEvent
 from support import loops
+from support.event_records import OPTIONS
 from support.models import scan_cell
 from support.nodes import JOINS_NS, Stage
 from support.virtual_loop import VirtualLoop, run_virtually
@@ -108,7 +110,7 @@ class Harness:
     def prepare(self, run: str = "run_1", case: Case = CASE, **other: Any) -> None:  # noqa: ANN401 - fields
         nodes = (self.node.membership.own.node,)
         text = write_case(case, self.model, None)
-        self.say(replace(Prepare(run, nodes, text, asdict(RunnerOptions()), "1", False, "process 1"), **other))
+        self.say(structs.replace(Prepare(run, nodes, text, OPTIONS, "1", False, "process 1", ()), **other))
 
     def reply(self, request: int, run: str = "run_1", *, succeeded: bool = True) -> None:
         self.replies.publish(json.dumps({"id": f"{run}-{request}", "succeeded": succeeded}))
@@ -126,7 +128,7 @@ class Harness:
         return [message for message in self.messages if not isinstance(message, Stepped | Ended)]
 
     def events(self, run: str = "run_1") -> list[Any]:
-        return [read_event(step.event, self.model, step.at_ns) for step in self.steps if step.run == run]
+        return [event_of(step.event, self.model, step.at_ns) for step in self.steps if step.run == run]
 
     def kinds(self, run: str = "run_1") -> list[str]:
         return [type(event).__name__ for event in self.events(run)]
@@ -210,12 +212,28 @@ def test_what_is_meant_for_another_node_is_not_prepared() -> None:
     play(scene)
 
 
+@pytest.mark.parametrize("case", ["goal: scanned", "case: x\ngoal: nothing_known", "{" * 1_500])
+def test_a_case_that_cannot_be_read_is_refused_with_a_reason(case: str, wording: Wording) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        nodes = (harness.node.membership.own.node,)
+        harness.say(Prepare("run_1", nodes, case, OPTIONS, "1", False, "process 1", ()))
+        harness.say(Go("run_1"))
+        await loop.settle()
+        (refused,) = harness.messages
+        assert isinstance(refused, Refused)
+        assert (refused.run, refused.node) == ("run_1", harness.node.membership.own.node)
+        assert "error[" in refused.why
+        wording(refused.why)
+        harness.prepare("run_2")
+        await loop.settle()
+        assert harness.messages[1:] == [Prepared("run_2", harness.node.membership.own.node)]
+
+    play(scene)
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"case": "goal: scanned"},
-        {"case": "case: x\ngoal: nothing_known"},
-        {"case": "{" * 1_500},
         {"options": {}},
         {"options": asdict(RunnerOptions()) | {"time_limit_ns": "long"}},
         {"options": asdict(RunnerOptions()) | {"plan_limit": -1}},
@@ -227,29 +245,15 @@ def test_what_is_meant_for_another_node_is_not_prepared() -> None:
         {"time_scale": "1e999999999"},
     ],
 )
-def test_a_case_that_cannot_be_read_is_refused_with_a_reason(wrong: dict[str, Any], wording: Wording) -> None:
+def test_a_run_with_options_that_are_none_is_dropped_with_a_sentence(wrong: dict[str, Any], wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        case = wrong.get("case")
-        message = Prepare(
-            "run_1",
-            (harness.node.membership.own.node,),
-            write_case(CASE, MODEL, None),
-            asdict(RunnerOptions()),
-            "1",
-            False,
-            "process 1",
-        )
-        harness.say(replace(message, **wrong))
+        prepare = Prepare("run_1", (harness.node.membership.own.node,), "", OPTIONS, "1", False, "process 1", ())
+        harness.cases.publish(json.dumps(json.loads(encode(prepare)) | wrong))
         harness.say(Go("run_1"))
         await loop.settle()
-        (refused,) = harness.messages
-        assert isinstance(refused, Refused)
-        assert (refused.run, refused.node) == ("run_1", harness.node.membership.own.node)
-        assert case is None or "error[" in refused.why
-        wording(refused.why)
-        harness.prepare("run_2")
-        await loop.settle()
-        assert harness.messages[1:] == [Prepared("run_2", harness.node.membership.own.node)]
+        assert harness.messages == []
+        (complaint,) = harness.stage.complaints
+        wording(complaint)
 
     play(scene)
 
@@ -276,7 +280,7 @@ def test_values_that_come_unasked_are_given_to_the_run() -> None:
         await going(harness, loop)
         harness.replies.publish('{"measured": {"temperature": 7}}')
         await loop.settle()
-        assert event_json(harness.events()[-1]) == {"kind": "measured", "values": {"temperature": 7}}
+        assert event_record(harness.events()[-1]) == MeasuredRecord({"temperature": 7})
 
     play(scene)
 
@@ -476,7 +480,7 @@ def test_another_tester_cannot_take_a_run_away_nor_end_it_by_leaving() -> None:
 def prepare_as(bus: Bus, harness: Harness, run: str) -> None:
     """Prepare a run as another tester."""
     text, nodes = write_case(CASE, MODEL, None), (harness.node.membership.own.node,)
-    message = Prepare(run, nodes, text, asdict(RunnerOptions()), "1", False, "process 2")
+    message = Prepare(run, nodes, text, OPTIONS, "1", False, "process 2", ())
     bus.publisher(TOPICS.case).publish(encode(message))
 
 
@@ -560,8 +564,8 @@ def test_notes_of_the_tester_stand_in_the_trace_with_the_time_at_which_they_come
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         await going(harness, loop)
         await loop.settle(SECOND_NS - 2_000)
-        harness.say(Note("run_1", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
-        harness.say(Note("run_0", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
+        harness.say(Note("run_1", note_record(MessageDisturbed(0, 1, "scan", "reply", 0))))
+        harness.say(Note("run_0", note_record(MessageDisturbed(0, 1, "scan", "reply", 0))))
         await loop.settle()
         (noted,) = [event for event in harness.events() if isinstance(event, MessageDisturbed)]
         assert noted == MessageDisturbed(noted.at_ns, 1, "scan", "reply", 0)
@@ -576,7 +580,7 @@ def test_notes_of_the_tester_stand_in_the_trace_with_the_time_at_which_they_come
 def test_a_note_that_is_none_is_dropped_with_a_sentence(note: dict[str, Any], wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         await going(harness, loop)
-        harness.say(Note("run_1", note))
+        harness.cases.publish(json.dumps({"kind": "note", "run": "run_1", "note": note}))
         harness.cases.publish("what")
         await loop.settle()
         first, second = harness.stage.complaints

@@ -24,7 +24,7 @@ from scbm.nodes.node_messages import Answering, Become, Fate, React, RestartReso
 from scbm.nodes.roles.director import Director
 from scbm.running import CancelRequest, ChangeResource, SendRequest
 from scbm.running.simulation import Choices, PlainReactions
-from scbm.testing.event_logs.event_json import Note
+from scbm.testing.event_logs.event_records import Note
 from support.models import scan_cell
 from support.wording import Wording
 

@@ -28,7 +28,7 @@ from scbm.running import (
     TimePassed,
 )
 from scbm.running.simulation.case_runner import CaseRunner
-from scbm.testing.event_logs.event_json import Note
+from scbm.testing.event_logs.event_records import Note
 from support.models import scan_cell
 from support.virtual_loop import VirtualLoop, run_virtually
 

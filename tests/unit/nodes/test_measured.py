@@ -15,6 +15,7 @@ from scbm.nodes.buses.bus import Topic
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.links.measured_topics import MeasuredTopics, value_of
 from scbm.running import Measured, Program, Runner
+from scbm.testing.event_logs.json_records import MAX_LONG_TEXT
 from support.hearing import Heard
 from support.loops import run
 from support.wording import Wording
@@ -76,6 +77,7 @@ operations: {}
         (replace(DISTANCES, ranges=DISTANCES.ranges[:1]), inf),
         (TEXTS, "near"),
         (Reading("zone"), "nowhere"),
+        (Reading("zone"), "\n" * 3_000_000),
         (Reading("level"), 6),
         (Reading("level", ((1, Interval(10, 20)),)), 1),
     ],
@@ -83,6 +85,7 @@ operations: {}
 def test_the_runner_refuses_what_means_nothing_and_says_what_it_was(reading: Reading, data: Scalar) -> None:
     runner = Runner(Program(MODEL), MODEL.nominal_state)
     value = value_of(reading, data)
+    assert len(str(value)) < MAX_LONG_TEXT
     effects = runner.handle(Measured(((reading.variable, value),)), 5)
     assert [effect for effect in effects if isinstance(effect, MeasurementRefused)] == [
         MeasurementRefused(5, reading.variable, value)

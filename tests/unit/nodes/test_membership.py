@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from dataclasses import replace
 
 import pytest
+from msgspec import structs
 
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
@@ -22,7 +22,7 @@ PERIOD_NS = int(STATUS_PERIOD_S * 1e9)
 
 
 def status(role: str, since_ns: int, *resources: str) -> Status:
-    return replace(new_status(role, MODEL, "d" * 64, resources), since_ns=since_ns)
+    return structs.replace(new_status(role, MODEL, "d" * 64, resources), since_ns=since_ns)
 
 
 class Cell:
@@ -272,7 +272,7 @@ def test_others_learn_what_a_node_lacks_now() -> None:
         assert controller_status.mismatched == ("mismatch",)
         controller.publish_troubles(())
         await cell.loop.settle(JOINS_NS)
-        assert own.controller() == replace(controller_status, troubles=(), mismatched=())
+        assert own.controller() == structs.replace(controller_status, troubles=(), mismatched=())
         late, _ = cell.join(status("resources", 3))
         await cell.loop.settle(JOINS_NS)
         assert controller.own in late.others

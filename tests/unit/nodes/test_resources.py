@@ -32,6 +32,7 @@ from scbm.nodes.node_messages import (
 )
 from scbm.nodes.roles.cell_topics import CellTopics
 from scbm.nodes.roles.resources_node import ResourcesNode
+from support.event_records import OPTIONS
 from support.models import scan_cell
 from support.nodes import Stage
 from support.virtual_loop import VirtualLoop, run_virtually
@@ -89,7 +90,7 @@ class Harness:
         self, run: str = "run_1", *, relayed: bool = False, scale: str = "1", nodes: tuple[str, ...] = ()
     ) -> None:
         nodes = nodes or (self.node.membership.own.node,)
-        self.say(Prepare(run, nodes, "", {}, scale, relayed, "process 1"))
+        self.say(Prepare(run, nodes, "", OPTIONS, scale, relayed, "process 1", ()))
 
     def react(  # noqa: PLR0913 - the fields of the message
         self,
@@ -640,11 +641,15 @@ def test_a_tester_that_started_its_run_is_served_for_as_long_as_that_takes() -> 
         harness.send(1)
         assert await harness.after(2) == [("run_1-1", True)]
         other = harness.stage.join("other").publisher(TOPICS.case)
-        other.publish(encode(Prepare("run_2", (harness.node.membership.own.node,), "", {}, "1", False, "process 2")))
+        other.publish(
+            encode(Prepare("run_2", (harness.node.membership.own.node,), "", OPTIONS, "1", False, "process 2", ()))
+        )
         await harness.after(1)
         assert [type(message) for message in harness.messages[1:]] == [Busy]
         harness.say(Abandon("run_1"))
-        other.publish(encode(Prepare("run_2", (harness.node.membership.own.node,), "", {}, "1", False, "process 2")))
+        other.publish(
+            encode(Prepare("run_2", (harness.node.membership.own.node,), "", OPTIONS, "1", False, "process 2", ()))
+        )
         await harness.after(1)
         assert harness.messages[-1] == Prepared("run_2", harness.node.membership.own.node)
 
@@ -662,7 +667,7 @@ def test_it_does_not_wait_for_a_controller_where_the_resource_is_real() -> None:
         await harness.loop.settle()
         assert harness.messages == []
         nodes = (harness.node.membership.own.node,)
-        harness.say(Prepare("run_1", nodes, "", {}, "1", is_relayed=False, tester="process 1", real=("scan",)))
+        harness.say(Prepare("run_1", nodes, "", OPTIONS, "1", is_relayed=False, tester="process 1", real=("scan",)))
         await harness.loop.settle()
         assert harness.messages == [Prepared("run_1", harness.node.membership.own.node)]
 

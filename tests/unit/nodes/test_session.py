@@ -6,7 +6,7 @@ import asyncio
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from itertools import count
@@ -15,6 +15,7 @@ from threading import Thread
 from typing import Any
 
 import pytest
+from msgspec import structs
 
 from scbm.cases.trace import End
 from scbm.files import digest_of, read_case
@@ -332,7 +333,7 @@ class Joined(LoopbackCell):
         if self.mended == 2:
             bus = self._join("tester")
             self._buses.append(bus)
-            status = replace(new_status("tester", MODEL, DIGEST), since_ns=1)
+            status = structs.replace(new_status("tester", MODEL, DIGEST), since_ns=1)
             Membership(bus, CellTopics.of(MODEL), status)
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Iterable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, TypeAlias
 
 import pytest
+from msgspec import structs
 
 from scbm.cases import LOST, Case
 from scbm.cases.trace import End, ResourceChanged
@@ -47,8 +48,8 @@ from scbm.running import (
 )
 from scbm.running.simulation import Choices, PlainReactions
 from scbm.testing import Tester
-from scbm.testing.event_logs.event_json import event_json
 from scbm.testing.event_logs.event_log import replay
+from scbm.testing.event_logs.event_records import OptionsRecord, PlanRecord, TimeRecord, event_record
 from support.models import scan_cell
 from support.nodes import JOINS_NS, Stage, repeat_status, run_case
 from support.virtual_loop import VirtualLoop, run_virtually
@@ -80,7 +81,7 @@ class Harness:
         self.node = self.stage.tester(self.scale)
 
     def play(self, role: str, *resources: str, **other: Any) -> Played:  # noqa: ANN401 - fields
-        status = replace(new_status(role, MODEL, digest_of(MODEL), resources), **other)
+        status = structs.replace(new_status(role, MODEL, digest_of(MODEL), resources), **other)
         return Played(self, status)
 
     def cell(self) -> tuple[Played, Played]:
@@ -125,7 +126,7 @@ class Played:
         self.speaks.publish(encode(message))
 
     def step(self, number: int, at_ns: int, event: Event | ResourceChanged) -> None:
-        self.say(Stepped(self.run, number, at_ns, event_json(event)))
+        self.say(Stepped(self.run, number, at_ns, event_record(event)))
 
     def begin_run(self) -> None:
         """The goal and a plan: the first request is sent."""
@@ -312,7 +313,7 @@ def test_all_are_sent_the_case_and_the_run_begins_once_all_are_ready() -> None:
         await loop.settle(SECOND_NS)
         assert harness.sent(Go) == []
         first = controller.prepared[0]
-        assert (first.case, first.options) == (write_case(CASE, MODEL, None), asdict(OPTIONS))
+        assert (first.case, first.options) == (write_case(CASE, MODEL, None), OptionsRecord.of(OPTIONS))
         assert (first.time_scale, first.is_relayed) == ("5/2", False)
         assert first.nodes == (controller.status.node, resources.status.node)
         assert len(controller.prepared) == 1  # who is ready is not asked again
@@ -514,7 +515,7 @@ def test_restarts_of_the_case_happen_at_their_times_of_the_run() -> None:
         assert [message.is_down for message in harness.sent(RestartResource)] == [True]
         await loop.settle(SECOND_NS // 2)
         assert [message.is_down for message in resources.heard if isinstance(message, RestartResource)] == [True, False]
-        assert [note.note["condition"] for note in harness.sent(Note)] == ["down", "well"]
+        assert [note.note.condition for note in harness.sent(Note)] == ["down", "well"]
         task.cancel()
 
     play(scene, Fraction(2))
@@ -559,7 +560,9 @@ def give_up(controller: Played, number: int) -> None:
         pytest.param(lambda node: node.say(Ended(node.run, 2, "", "canonical 1")), id="ended-early"),
         pytest.param(lambda node: node.step(4, 5, ReplyArrived(1, succeeded=True)), id="step-left-out"),
         pytest.param(lambda node: node.step(2, 5, ReplyArrived(1, succeeded=True)), id="step-twice"),
-        pytest.param(lambda node: node.say(Stepped(node.run, 3, 5, {"kind": "what"})), id="no-event"),
+        pytest.param(
+            lambda node: node.say(Stepped(node.run, 3, 5, PlanRecord(2, "solved", ("fly",)))), id="no-operation"
+        ),
         pytest.param(lambda node: give_up(node, 3), id="given-up"),
     ],
 )
@@ -623,7 +626,7 @@ def test_time_that_runs_backwards_makes_no_sense(wording: Wording) -> None:
 def test_steps_of_another_run_are_nothing() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources, task = await going(harness, loop)
-        controller.say(Stepped("run_0", 7, 5, {}))
+        controller.say(Stepped("run_0", 7, 5, TimeRecord()))
         controller.say(Ended("run_0", 2, "", "canonical 1"))
         resources.say(Prepared("run_0", "x"))
         await loop.settle(SECOND_NS)
@@ -727,7 +730,7 @@ def test_a_driver_that_is_lost_in_a_run_is_reported(wording: Wording) -> None:
         task = harness.begin()
         await loop.settle()
         assert harness.sent(Go) == [Go(controller.run)]
-        controller.status = replace(controller.status, troubles=(UNREACHED,))
+        controller.status = structs.replace(controller.status, troubles=(UNREACHED,))
         await loop.settle(JOINS_NS)
         (reported,) = harness.stage.complaints
         assert reported.startswith(UNREACHED)
@@ -818,7 +821,7 @@ def test_another_controller_that_leaves_ends_nothing() -> None:
 def test_one_status_ends_no_run(role: str) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         _, _, task = await going(harness, loop)
-        forged = replace(new_status(role, MODEL, "other", ["scan"]), since_ns=0, mismatched=("anything",))
+        forged = structs.replace(new_status(role, MODEL, "other", ["scan"]), since_ns=0, mismatched=("anything",))
         harness.stage.join("forger").publisher(TOPICS.status).publish(encode(forged))
         await loop.settle(SECOND_NS)
         assert not task.done()

@@ -15,6 +15,7 @@ from scbm.model import Binding, format_value
 from scbm.nodes.buses.bus import Topic, Unmatched
 from scbm.nodes.links.link import Measurement, PresenceMonitor
 from scbm.running.simulation.excluded_values import EXCLUDED, excluded_values
+from scbm.testing.event_logs.json_records import MAX_LONG_TEXT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
@@ -77,12 +78,18 @@ class MeasuredTopics:
         self._presence.update()
 
 
+_MAX_SHOWN = MAX_LONG_TEXT // 10
+"""Maximum length of a text of a driver; as JSON, with escapes, it fits into a record."""
+
+
 def value_of(reading: Reading, data: Scalar) -> Value:
     """Return the value that data means.
 
     Data that means none comes out as a text that shows it and is the value of no variable, so that the runner refuses
-    it and says so: numbers as they are written, other text in quotes as in JSON.
+    it and says so: numbers as they are written, other text in quotes as in JSON, cut at the limit of a record.
     """
+    if isinstance(data, str) and len(data) > _MAX_SHOWN:
+        return _shown(f"{data[:_MAX_SHOWN]}…")
     if reading.ranges and not isinstance(data, str):
         return next((value for value, interval in reading.ranges if data in interval), _shown(data))
     if reading.texts and isinstance(data, str):

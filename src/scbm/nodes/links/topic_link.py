@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
-import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
+from msgspec import UNSET, UnsetType, field
+
+from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError, Unmatched
 from scbm.nodes.links.link import Correlation, Measurement, PresenceMonitor, Reply
-from scbm.nodes.node_messages import NotAMessageError, read_object
+from scbm.nodes.node_messages import read_object
+from scbm.testing.event_logs.json_records import JsonRecord, Values, matching, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -17,7 +20,21 @@ if TYPE_CHECKING:
     from scbm.nodes.buses.bus import Bus, Received, Topic
     from scbm.nodes.links.link import LinkListener
 
-_ID = re.compile(r"([0-9A-Za-z_]{1,64})-([0-9]{1,18})")
+_MAX_CHARACTERS = 1_000_000
+"""Maximum length of a message of a driver; its event fits into a line of an event log."""
+
+RequestId: TypeAlias = Annotated[
+    str, matching("[0-9A-Za-z_]{1,64}-[0-9]{1,18}", "letters, digits or `_`, then `-` and a number")
+]
+"""The id of a request in the protocol of drivers: `<run>-<n>`."""
+
+
+class _DriverMessage(JsonRecord, frozen=True):
+    """What a driver sends: a reply, or measured values without an id."""
+
+    measured: Values = field(default_factory=dict)
+    id: RequestId | UnsetType = UNSET
+    succeeded: bool | UnsetType = UNSET
 
 
 class TopicLink:
@@ -97,7 +114,7 @@ class TopicLink:
     def _receive(self, received: Received) -> None:
         try:
             heard = read_reply(received.data, received.stamp_ns)
-        except NotAMessageError as error:
+        except JsonError as error:
             self._warn(f"a message on `{self._topics[1].name}` was dropped: {error}")
             return
         if isinstance(heard, Reply):
@@ -111,36 +128,20 @@ def id_text(request: Correlation) -> str:
     return f"{request.run}-{request.number}"
 
 
-def read_id(text: object) -> Correlation:
-    """Return the request of an id. Raises `NotAMessageError`."""
-    match = _ID.fullmatch(text) if isinstance(text, str) else None
-    if match is None:
-        raise NotAMessageError("`id` has the wrong form: expected letters, digits or `_`, then `-` and a number")
-    return Correlation(match[1], int(match[2]))
+def read_id(text: str) -> Correlation:
+    """Return the request of a `RequestId`."""
+    run, _, number = text.partition("-")
+    return Correlation(run, int(number))
 
 
 def read_reply(text: object, stamp_ns: int) -> Reply | Measurement:
-    """Parse a message of a driver. Raises `NotAMessageError`."""
-    data = read_object(text)
-    measured = _values(data.pop("measured", {}))
-    if "id" not in data:
-        if "succeeded" in data:
-            raise NotAMessageError("a reply has the `id` of its request")
-        _refuse_others(data)
+    """Parse a message of a driver. Raises `JsonError`."""
+    message: _DriverMessage = read_record(read_object(text, _MAX_CHARACTERS), _DriverMessage, "the message")
+    measured = tuple(message.measured.items())
+    if message.id is UNSET:
+        if message.succeeded is not UNSET:
+            raise JsonError("a reply has the `id` of its request")
         return Measurement(measured, stamp_ns)
-    request, succeeded = read_id(data.pop("id")), data.pop("succeeded", None)
-    _refuse_others(data)
-    if not isinstance(succeeded, bool):
-        raise NotAMessageError("a reply says `succeeded`: true or false")
-    return Reply(request, succeeded, measured, stamp_ns)
-
-
-def _refuse_others(data: dict[str, Any]) -> None:
-    if data:
-        raise NotAMessageError(f"`{next(iter(data))[:40]}` is not known here")
-
-
-def _values(data: Any) -> Changes:  # noqa: ANN401 - JSON
-    if not isinstance(data, dict) or not all(isinstance(value, bool | int | str) for value in data.values()):
-        raise NotAMessageError("`measured` has variables and their values: true or false, a number, or a text")
-    return tuple(data.items())
+    if message.succeeded is UNSET:
+        raise JsonError("a reply says `succeeded`: true or false")
+    return Reply(read_id(message.id), message.succeeded, measured, stamp_ns)

@@ -9,13 +9,16 @@ import asyncio
 import os
 import socket
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import monotonic_ns, time_ns
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
+from msgspec import structs
+
+from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError, Topic
-from scbm.nodes.node_messages import VERSION, NotAMessageError, Status, decode, encode
+from scbm.nodes.node_messages import VERSION, Status, decode, encode
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -197,7 +200,7 @@ class Membership:
 
     def publish_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
         """Publish what this node lacks, and which of it needs a change of code. Raises `BusError`."""
-        own = replace(self.own, troubles=troubles, mismatched=mismatched)
+        own = structs.replace(self.own, troubles=troubles, mismatched=mismatched)
         if own != self.own:
             self._publisher.publish(text := encode(own))
             self.own, self._own_text = own, text
@@ -240,7 +243,7 @@ class Membership:
             return  # a repetition: most are
         try:
             message = decode(received.data)
-        except NotAMessageError as error:
+        except JsonError as error:
             is_new = self._unreadable.setdefault(received.source, str(error)) == str(error)
         else:
             is_new = isinstance(message, Status) and self._takes_effect(message, received)
@@ -274,7 +277,7 @@ class Membership:
 
 def _is_same_node(status: Status, other: Status) -> bool:
     """Return whether two statuses differ at most in what the node lacks."""
-    return replace(status, troubles=other.troubles, mismatched=other.mismatched) == other
+    return structs.replace(status, troubles=other.troubles, mismatched=other.mismatched) == other
 
 
 def _age(status: Status) -> tuple[int, str]:

@@ -9,15 +9,19 @@ import asyncio
 from collections import deque
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from fractions import Fraction
 from queue import SimpleQueue
 from threading import Thread
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from msgspec import structs
 
 from scbm.cases import Injection
 from scbm.cases.trace import NETWORK, InjectionApplied, ResourceChanged, Trace, trace_digest
 from scbm.files import read_case
 from scbm.model import InputError, PlanSet
+from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
 from scbm.nodes.links.link import Correlation
@@ -29,14 +33,12 @@ from scbm.nodes.node_messages import (
     Ended,
     Forgot,
     Go,
-    NotAMessageError,
     Prepare,
     Prepared,
     Refused,
     Stepped,
     decode,
     encode,
-    read_fraction,
 )
 from scbm.nodes.node_messages import Note as NoteMessage
 from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, Membership
@@ -64,12 +66,10 @@ from scbm.running import (
 )
 from scbm.running.search_guard import plan_guarded
 from scbm.running.simulation.case_runner import CaseRunner
-from scbm.testing.event_logs.event_json import event_json, read_note
-from scbm.testing.event_logs.event_log import read_options
+from scbm.testing.event_logs.event_records import event_record, note_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-    from fractions import Fraction
 
     from scbm.cases import Case, Origin
     from scbm.cases.trace import Record
@@ -78,7 +78,7 @@ if TYPE_CHECKING:
     from scbm.nodes.links.link import Link, Measurement, Reply
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import AskPlan, CancelRequest, Event, RunFinished, SendRequest
-    from scbm.testing.event_logs.event_json import Note
+    from scbm.testing.event_logs.event_records import Note
 
     DrawPlans: TypeAlias = Callable[[Origin], Callable[[], float]]
 
@@ -198,7 +198,9 @@ class ControllerNode:
         self._missing = MissingDrivers({name: self._links[name] for name in self._real})
         self._reported_troubles: tuple[str, ...] | None = None
         troubles, mismatched = self._missing.look()
-        self.membership = Membership(bus, topics, replace(context.status, troubles=troubles, mismatched=mismatched))
+        self.membership = Membership(
+            bus, topics, structs.replace(context.status, troubles=troubles, mismatched=mismatched)
+        )
         self._timer: asyncio.Handle | None = self._look_later() if troubles else None
         bus.subscribe(topics.case, self._receive, left=self._lose_tester)
 
@@ -255,7 +257,7 @@ class ControllerNode:
     def _receive(self, received: Received) -> None:
         try:
             message = decode(received.data)
-        except NotAMessageError as error:
+        except JsonError as error:
             self._warn(f"a message of a tester was dropped: {error}")
             return
         if isinstance(message, Prepare):
@@ -285,11 +287,10 @@ class ControllerNode:
         self._give_up()
         try:
             case = read_case(message.case, self._model)
-            options = read_options(message.options)
-            scale = read_fraction(message.time_scale)
-        except (InputError, ValueError) as error:
+        except InputError as error:
             self._say(Refused(message.run, self.membership.own.node, f"the case cannot be read: {error}"))
             return
+        options, scale = message.options.options(), Fraction(message.time_scale)
         self._run = _ControlledRun(message.run, case, options, scale, self._drawn_plans(case))
         self._tester.hold(message, tester)
         self._records = []
@@ -325,7 +326,7 @@ class ControllerNode:
 
     def _note(self, driver: Driver, message: NoteMessage, stamp_ns: int) -> None:
         try:
-            note = read_note(message.note, self._model, 0)
+            note = note_of(message.note, self._model)
         except ValueError as error:
             self._warn(f"a note of the tester was dropped: {error}")
             return
@@ -418,7 +419,7 @@ class ControllerNode:
         run.steps += 1
         self._records.extend(records)
         self._exclusions.look(self._records, records)
-        self._say(Stepped(run.id, run.steps, at_ns, event_json(event)))
+        self._say(Stepped(run.id, run.steps, at_ns, event_record(event)))
 
     def finished(self, end: RunFinished) -> None:
         """Publish the end of the run with the digest of its trace, which the tester compares with its own."""

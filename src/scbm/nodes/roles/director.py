@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from scbm.nodes.node_messages import Answering
     from scbm.running import Effect
     from scbm.running.simulation import Choices
-    from scbm.testing.event_logs.event_json import Note
+    from scbm.testing.event_logs.event_records import Note
 
 
 _OUTCOMES = {RequestOutcome.SUCCEEDED: Outcome.SUCCEED, RequestOutcome.FAILED: Outcome.FAIL}

@@ -5,12 +5,16 @@ from __future__ import annotations
 import asyncio
 import json
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, assert_never
+
+from msgspec import UNSET, UnsetType
 
 from scbm.cases import AT_ONCE, Condition, Reaction, condition_kind
 from scbm.model import Outcome
+from scbm.model.json_reader import JsonError
 from scbm.nodes.links.link import Correlation
-from scbm.nodes.links.topic_link import id_text, read_id
+from scbm.nodes.links.topic_link import RequestId, id_text, read_id
 from scbm.nodes.node_messages import (
     Abandon,
     Answering,
@@ -19,7 +23,6 @@ from scbm.nodes.node_messages import (
     Fate,
     Forgot,
     Go,
-    NotAMessageError,
     Prepare,
     Prepared,
     React,
@@ -27,13 +30,13 @@ from scbm.nodes.node_messages import (
     RestartResource,
     decode,
     encode,
-    read_fraction,
     read_object,
 )
 from scbm.nodes.roles.cell_topics import CellTopics, Membership, is_of_tester
 from scbm.nodes.roles.served_tester import ServedTester
 from scbm.nodes.roles.wall_clock import Clock
 from scbm.running.simulation.simulated_resources import Job, SimulatedResource
+from scbm.testing.event_logs.json_records import JsonRecord, Values, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,10 +48,6 @@ if TYPE_CHECKING:
 
 _MAX_WAITING = 1_000
 """The maximum number of early requests that are kept; a run has one at a time for each resource."""
-
-
-_MAX_COPIES = 1_000
-"""Maximum number of copies of one message."""
 
 
 class ResourcesNode:
@@ -111,7 +110,7 @@ class ResourcesNode:
     def _hear(self, received: Received) -> None:
         try:
             message = decode(received.data)
-        except NotAMessageError as error:
+        except JsonError as error:
             self._warn(f"a message of a tester was dropped: {error}")
             return
         run = self._run
@@ -135,12 +134,7 @@ class ResourcesNode:
             if (refusal := self._tester.refusal(message, tester)) is not None:
                 self.say(refusal)
                 return
-            try:
-                clock = Clock(0, read_fraction(message.time_scale))
-            except NotAMessageError as error:
-                self._warn(f"a time scale of a tester cannot be used: {error}")
-                return
-            self._run = _AnsweredRun(message.run, clock, message.is_relayed)
+            self._run = _AnsweredRun(message.run, Clock(0, Fraction(message.time_scale)), message.is_relayed)
             self._tester.hold(message, tester)
             for queue in self._queues.values():
                 queue.begin(message.run)
@@ -256,7 +250,7 @@ class _RequestQueue:
     def _hear_controller(self, received: Received) -> None:
         try:
             request, is_cancel = _read_request(received.data)
-        except NotAMessageError as error:
+        except JsonError as error:
             self._node.warn(f"a message on `{self._topic}` was dropped: {error}")
             return
         if is_cancel:
@@ -307,15 +301,13 @@ class _RequestQueue:
     def hear_tester(self, message: React | Fate | Become | RestartResource) -> None:
         """Handle a decision of the tester."""
         resource = self._state.resource
-        if isinstance(message, React | Fate) and len(message.copies) > _MAX_COPIES:
-            raise ValueError(f"more than {_MAX_COPIES} copies of one message")
         match message:
             case React():
                 self._react(message)
             case Fate():
                 self._travel(message)
             case Become():
-                condition = Condition(condition_kind(message.condition), read_fraction(message.factor))
+                condition = Condition(condition_kind(message.condition), Fraction(message.factor))
                 for job, latency_ns in resource.become(condition):
                     self._begin(job, latency_ns, self._state.numbered[job.request].id)
             case RestartResource():
@@ -407,12 +399,17 @@ def _word(job: Job) -> str:
     return "succeeded" if job.succeeds else "failed"
 
 
+class _ResourceRequest(JsonRecord, frozen=True):
+    """What a controller sends to a resource: a request with its values, or that it is cancelled."""
+
+    id: RequestId
+    request: Values | UnsetType = UNSET
+    cancel: bool | UnsetType = UNSET
+
+
 def _read_request(text: object) -> tuple[Correlation, bool]:
-    """Return a request, and whether it is cancelled. Raises `NotAMessageError`."""
-    data = read_object(text)
-    request = read_id(data.get("id"))
-    if data.keys() == {"id", "cancel"} and data["cancel"] is True:
-        return request, True
-    if data.keys() == {"id", "request"} and isinstance(data["request"], dict):
-        return request, False
-    raise NotAMessageError('a request is {"id": …, "request": {…}} or {"id": …, "cancel": true}')
+    """Return a request, and whether it is cancelled. Raises `JsonError`."""
+    message: _ResourceRequest = read_record(read_object(text), _ResourceRequest, "the request")
+    if (message.request is UNSET) == (message.cancel is UNSET) or message.cancel is False:
+        raise JsonError('a request is {"id": …, "request": {…}} or {"id": …, "cancel": true}')
+    return read_id(message.id), message.cancel is not UNSET

@@ -8,6 +8,8 @@ from dataclasses import replace
 from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
+from msgspec import structs
+
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.roles.cell_topics import NodeContext, new_status
 from scbm.nodes.roles.controller import ControllerNode
@@ -321,7 +323,7 @@ class Session:
         Elsewhere another one may have taken its place.
         """
         status = new_status("tester", self._model, self._digest)
-        return replace(status, since_ns=before.since_ns) if self._cell.is_own else status
+        return structs.replace(status, since_ns=before.since_ns) if self._cell.is_own else status
 
     def _measuring(self) -> list[str]:
         """Return the resources that may publish values."""

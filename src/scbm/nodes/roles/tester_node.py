@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import structs
 
 from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, ends_of, trace_digest
 from scbm.files import write_case
 from scbm.model import PlannerIdentity
+from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.node_messages import (
     VERSION,
@@ -18,7 +21,6 @@ from scbm.nodes.node_messages import (
     Ended,
     Forgot,
     Go,
-    NotAMessageError,
     Prepare,
     Prepared,
     Refused,
@@ -35,8 +37,8 @@ from scbm.planning import planner_of_random_runs
 from scbm.running import InjectionGiven, Program, RunFinished, records_of
 from scbm.running.simulation import Simulated
 from scbm.running.simulation.case_runner import CaseRunner
-from scbm.testing.event_logs.event_json import event_json, read_event
 from scbm.testing.event_logs.event_log import EventLog, LogStep
+from scbm.testing.event_logs.event_records import OptionsRecord, event_of, note_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import Effect, Event, RunnerOptions
     from scbm.running.simulation import Choices
-    from scbm.testing.event_logs.event_json import Note
+    from scbm.testing.event_logs.event_records import Note
 
 _QUIET_S = 1.0
 """A tester that waits longer than this reports the missing nodes."""
@@ -299,7 +301,7 @@ class TesterNode:
     def _hear(self, received: Received) -> None:
         try:
             message = decode(received.data)
-        except NotAMessageError as error:
+        except JsonError as error:
             self.warn(f"a message was dropped: {error}")
             return
         run = self._run
@@ -403,7 +405,8 @@ class _DirectedRun:
         """Prepare the nodes before the run: wait for nodes that leave meanwhile, and include nodes that join."""
         text = write_case(self._case, self._node.model, None)
         relayed, own = self._director.is_relayed, self._node.membership.own
-        prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), relayed, own.words, self._real)
+        options = OptionsRecord.of(self._options)
+        prepare = Prepare(self.id, (), text, options, str(self._scale), relayed, own.words, self._real)
         self.look()
         self._say_until_ready(prepare)
         try:
@@ -424,7 +427,7 @@ class _DirectedRun:
         """Ask again and again: a node may be known before it receives, or rejoin during the run."""
         nodes = tuple(node for node, is_ready in self._ready.items() if not is_ready)
         if nodes:
-            self._node.say(replace(prepare, nodes=nodes))
+            self._node.say(structs.replace(prepare, nodes=nodes))
         self._again = self._loop.call_later(_AGAIN_S, self._say_until_ready, prepare)
 
     def look(self) -> None:
@@ -455,7 +458,7 @@ class _DirectedRun:
 
     def note(self, record: Note) -> None:
         """Add a record to the trace."""
-        self._node.say(NoteMessage(self.id, event_json(record)))
+        self._node.say(NoteMessage(self.id, note_record(record)))
 
     # what comes
 
@@ -532,7 +535,7 @@ class _DirectedRun:
         if not self._steps:
             self._begin(stamp_ns)
         try:
-            event = read_event(message.event, self._node.model, message.at_ns)
+            event = event_of(message.event, self._node.model, message.at_ns)
             self._follow(message.at_ns, event)
         except ValueError as error:
             self.fail(f"a step of the controller makes no sense: {error}")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record
     from scbm.running import Event
     from scbm.running.simulation.case_runner import CaseRunner
-    from scbm.testing.event_logs.event_json import Note
+    from scbm.testing.event_logs.event_records import Note
 
 
 class Surroundings(Protocol):

@@ -7,30 +7,42 @@ request.
 
 from __future__ import annotations
 
-import json
-import re
-from dataclasses import asdict, dataclass, fields
+from contextlib import contextmanager
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, TypeAlias, TypeVar
+
+from msgspec import UNSET, UnsetType
+from msgspec.json import Encoder
 
 from scbm.cases.trace import End, ends_of
 from scbm.files import open_input, read_case, write_case
 from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug, refuse_other_version
-from scbm.model.json_reader import JsonError, convert_json, read_json_object
-from scbm.running import RunnerOptions, records_of
+from scbm.model.json_reader import read_json_object
+from scbm.running import records_of
 from scbm.running.simulation import Simulated
 from scbm.running.simulation.case_runner import CaseRunner
-from scbm.testing.event_logs.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
+from scbm.testing.event_logs.event_records import (
+    EventRecord,
+    Note,
+    NoteRecord,
+    OptionsRecord,
+    ReactionRecord,
+    event_of,
+    event_record,
+)
+from scbm.testing.event_logs.json_records import Count, JsonRecord, LongText, Names, Text, matching, one_of, read_record
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterator
 
     from scbm.cases import Case, Reaction
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
-    from scbm.running import Event, Program
+    from scbm.running import Event, Program, RunnerOptions
 
 FORMAT = "scbm-events"
 FORMAT_VERSION = 5
@@ -46,12 +58,7 @@ _MAX_OF_A_LINE = 1024 * 1024
 _MAX_REPORTED = 20
 """Maximum number of wrong lines that an error lists; a file with more is hardly a log."""
 
-_MAX_NS = 2**63 - 1
-
-_MAX_AT_ONCE = 1_000_000
-"""Maximum of the bounds that detect a livelock: the records of all steps up to the bound stay in memory."""
-_DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
-_SCALE = re.compile(r"[1-9]\d{0,8}(/[1-9]\d{0,8})?", re.ASCII)
+_Digest: TypeAlias = Annotated[str, matching("[0-9a-f]{64}", "a SHA-256 of 64 hexadecimal digits")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,40 +161,75 @@ def rerun(log: EventLog, program: Program) -> Simulated:
     return Simulated(End(ends[-1].end), ends[-1].at_ns, records)
 
 
+# the lines
+
+
+class _HeaderRecord(JsonRecord, frozen=True):
+    """The first line of a log."""
+
+    format: Text
+    version: Count
+    model: Text
+    model_digest: _Digest
+    model_file: LongText | None
+    case: str
+    time_scale: Annotated[str, matching("[1-9][0-9]{0,8}(/[1-9][0-9]{0,8})?", "a number such as `20` or `1/2`")]
+    real: Names
+    options: OptionsRecord
+    end: Annotated[str, one_of(End)]
+    trace: _Digest
+    planner: Text
+    steps: Count
+    reactions: Count
+
+
+class _StepRecord(JsonRecord, frozen=True):
+    """The line of a step."""
+
+    at_ns: Count
+    event: EventRecord
+    after: Count | UnsetType = UNSET
+
+    def __post_init__(self) -> None:
+        if self.after is not UNSET and not isinstance(self.event, NoteRecord):
+            raise ValueError("`after` belongs to a note")
+
+
+class _ReactionLine(JsonRecord, frozen=True):
+    """The line of a reaction."""
+
+    reaction: ReactionRecord
+
+
 # writing
 
 
 def write_event_log(log: EventLog, model: BehaviorModel) -> str:
     """Return the log as JSON Lines. Raises `ValueError` for a run that no log can record."""
-    header = {
-        "format": FORMAT,
-        "version": FORMAT_VERSION,
-        "model": log.model,
-        "model_digest": log.digest,
-        "model_file": log.model_file,
-        "case": write_case(log.case, model, None),
-        "time_scale": str(log.time_scale),
-        "real": log.real,
-        "options": asdict(log.options),
-        "end": log.end.value,
-        "trace": log.trace,
-        "planner": str(log.planner),
-        "steps": len(log.steps),
-        "reactions": len(log.reactions),
-    }
-    reactions = ({"reaction": reaction_json(reaction)} for reaction in log.reactions)
-    return "".join(f"{_line(data)}\n" for data in chain([header], map(_step_json, log.steps), reactions))
+    header = _HeaderRecord(
+        FORMAT,
+        FORMAT_VERSION,
+        log.model,
+        log.digest,
+        log.model_file,
+        write_case(log.case, model, None),
+        str(log.time_scale),
+        log.real,
+        OptionsRecord.of(log.options),
+        log.end.value,
+        log.trace,
+        str(log.planner),
+        len(log.steps),
+        len(log.reactions),
+    )
+    reactions = (_ReactionLine(ReactionRecord.of(reaction)) for reaction in log.reactions)
+    return Encoder().encode_lines(chain([header], map(_step_record, log.steps), reactions)).decode()
 
 
-def _line(data: dict[str, Any]) -> str:
-    return json.dumps(data, ensure_ascii=False, separators=(",", ":"))
-
-
-def _step_json(step: LogStep) -> dict[str, Any]:
+def _step_record(step: LogStep) -> _StepRecord:
     if isinstance(step.event, Note) and step.event.at_ns != step.at_ns:
         raise ValueError(f"a note of {step.event.at_ns} ns stands at {step.at_ns} ns")
-    data = {"at_ns": step.at_ns, "event": event_json(step.event)}
-    return data if step.after is None else data | {"after": step.after}
+    return _StepRecord(step.at_ns, event_record(step.event), UNSET if step.after is None else step.after)
 
 
 # reading
@@ -238,16 +280,13 @@ class LogDocument:
         if not lines or rest:
             message = "the log is empty" if not text else f"the log is cut off in line {len(lines) + 1}"
             raise _bad(message, Place(file))
-        self._header = _Header(_object(lines[0], Place(file, 1), _MAX_OF_THE_HEADER), Place(file, 1))
-        self._steps, self._reactions = self._header.counts
-        self._lines = lines[1:]
-        expected, found = self._steps + self._reactions, len(self._lines)
+        self._header = header = _read_header(lines[0], Place(file, 1))
+        self._lines = lines
+        expected, found = header.steps + header.reactions, len(lines) - 1
         if expected != found:
             what = "is cut off" if found < expected else "is too long"
-            raise _bad(
-                f"the log {what}: its header announces {expected} lines, and {found} follow",
-                Place(file),
-            )
+            message = f"the log {what}: its header announces {expected} lines, and {found} follow"
+            raise _bad(message, Place(file))
 
     def model_path(self) -> Path:
         """Return the path of the model file, relative to the log. Raises `InputError` if the log does not name one."""
@@ -264,17 +303,28 @@ class LogDocument:
         case = read_case(header.case, model, f"{self._file} (case)")
         self._refuse_others(header.real, model)
         wrong: list[Diagnostic] = []
-        steps = tuple(self._read_steps(model, wrong))
-        reactions = tuple(self._read_reactions(model, wrong))
+        behind = 1 + header.steps
+        steps = tuple(self._read_lines(range(1, behind), _StepReader(model), wrong))
+        reactions = tuple(self._read_lines(range(behind, len(self._lines)), partial(_reaction, model), wrong))
         if wrong:
             raise InputError(wrong[:_MAX_REPORTED])
         return EventLog(
-            model.name, digest, case, header.options, header.time_scale, header.real, steps, reactions, header.end,
-            header.trace, header.model_file, header.planner,
-        )  # fmt: skip
+            model.name,
+            digest,
+            case,
+            header.options.options(),
+            Fraction(header.time_scale),
+            header.real,
+            steps,
+            reactions,
+            End(header.end),
+            header.trace,
+            header.model_file,
+            PlannerIdentity.parse(header.planner),
+        )
 
     def _refuse_another_model(self, model: BehaviorModel, digest: str) -> None:
-        name, known = self._header.model
+        name, known = self._header.model, self._header.model_digest
         if name == model.name and known == digest:
             return
         what = f"`{name}`, not `{model.name}`" if name != model.name else "another version of it"
@@ -285,154 +335,60 @@ class LogDocument:
     def _refuse_others(self, real: tuple[str, ...], model: BehaviorModel) -> None:
         names = [resource.name for resource in model.resources]
         if list(real) != [name for name in names if name in real]:
-            raise _bad(
-                "`real` is not a list of resources of the model, in its order",
-                Place(self._file, 1),
-            )
+            raise _bad("`real` is not a list of resources of the model, in its order", Place(self._file, 1))
 
-    def _read_steps(self, model: BehaviorModel, wrong: list[Diagnostic]) -> Iterator[LogStep]:
-        now_ns = 0
-        for number, line in enumerate(self._lines[: self._steps], start=2):
+    def _read_lines(self, indices: range, read: Callable[[object], _T], wrong: list[Diagnostic]) -> Iterator[_T]:
+        """Yield what the lines with these indices say; add an error for each that is wrong."""
+        for index in indices:
             try:
-                step = _step(_object(line, Place(self._file, number)), model, now_ns)
-            except InputError as error:
-                wrong += error.diagnostics
+                yield read(read_json_object(self._lines[index], _MAX_OF_A_LINE))
             except ValueError as error:
-                wrong += _bad(str(error), Place(self._file, number)).diagnostics
-            else:
-                now_ns = step.at_ns
-                yield step
-
-    def _read_reactions(self, model: BehaviorModel, wrong: list[Diagnostic]) -> Iterator[Reaction]:
-        for number, line in enumerate(self._lines[self._steps :], start=2 + self._steps):
-            try:
-                data = _object(line, Place(self._file, number))
-                _refuse_other_keys(data, ("reaction",))
-                yield read_reaction(data["reaction"], model)
-            except InputError as error:
-                wrong += error.diagnostics
-            except ValueError as error:
-                wrong += _bad(str(error), Place(self._file, number)).diagnostics
+                wrong += _bad(str(error), Place(self._file, index + 1)).diagnostics
 
 
-def _step(data: dict[str, Any], model: BehaviorModel, now_ns: int) -> LogStep:
-    """Parse a step that is not before `now_ns`. Raises `ValueError`."""
-    _refuse_other_keys(data, ("at_ns", "event"), ("after",))
-    at_ns, after = data["at_ns"], data.get("after", 0)
-    if not _is_count(at_ns) or at_ns > _MAX_NS:
-        raise ValueError("`at_ns` is not a time in nanoseconds")
-    if at_ns < now_ns:
-        raise ValueError(f"time runs backwards, from {now_ns} ns to {at_ns} ns")
-    event = read_event(data["event"], model, at_ns)
-    if not _is_count(after) or ("after" in data and not isinstance(event, Note)):
-        raise ValueError("`after` is a number of records, and belongs to a note")
-    return LogStep(at_ns, event, data.get("after"))
+@dataclass(slots=True)
+class _StepReader:
+    """Parses the steps of a log one after the other; each call raises `ValueError` if the step is wrong."""
+
+    model: BehaviorModel
+    now_ns: int = 0
+
+    def __call__(self, data: object) -> LogStep:
+        record: _StepRecord = read_record(data, _StepRecord, "the step")
+        if record.at_ns < self.now_ns:
+            raise ValueError(f"time runs backwards, from {self.now_ns} ns to {record.at_ns} ns")
+        event = event_of(record.event, self.model, record.at_ns)
+        self.now_ns = record.at_ns
+        return LogStep(record.at_ns, event, None if record.after is UNSET else record.after)
 
 
-class _Header:
-    """The header: the first line of a log. Its first error is reported at once."""
-
-    def __init__(self, data: dict[str, Any], place: Place) -> None:
-        self._data = data
-        self._place = place
-        if data.get("format") != FORMAT:
-            noun = (
-                "the trace of a run, which does not have its events" if data.get("format") == "scbm-trace" else "no log"
-            )
-            raise _bad(f"this is {noun}", place)
-        remedy = "record its run again: `scbm test MODEL CASES --logs DIRECTORY`"
-        refuse_other_version("log", data.get("version"), FORMAT_VERSION, place, remedy)
-        try:
-            self._read()
-        except ValueError as error:
-            raise _bad(str(error), place) from None
-
-    def _read(self) -> None:
-        _refuse_other_keys(self._data, _HEADER)
-        self.planner = PlannerIdentity.parse(self._text("planner"))
-        self.model = (self._text("model"), self._matched("model_digest", _DIGEST))
-        self.model_file = None if self._data["model_file"] is None else self._text("model_file")
-        self.case = self._text("case")
-        self.time_scale = Fraction(self._matched("time_scale", _SCALE))
-        self.real = self._names("real")
-        self.options = read_options(self._data["options"])
-        self.end = self._end()
-        self.trace = self._matched("trace", _DIGEST)
-        self.counts = self._count("steps"), self._count("reactions")
-
-    def _typed(self, name: str, type_: type[_T], what: str) -> _T:
-        try:
-            return convert_json(self._data[name], type_)
-        except JsonError as error:
-            raise ValueError(f"`{name}` is not {what}: {error.message}") from None
-
-    def _text(self, name: str) -> str:
-        return self._typed(name, str, "a text")
-
-    def _names(self, name: str) -> tuple[str, ...]:
-        return self._typed(name, tuple[str, ...], "a list of names")
-
-    def _matched(self, name: str, pattern: re.Pattern[str]) -> str:
-        value = self._text(name)
-        if not pattern.fullmatch(value):
-            raise ValueError(f"`{name}` is not {_WORDS[name]}")
-        return value
-
-    def _count(self, name: str) -> int:
-        return self._typed(name, Count, "a number of lines")
-
-    def _end(self) -> End:
-        try:
-            return End(self._data["end"])
-        except ValueError:
-            raise ValueError("`end` is not the end of a run") from None
+def _reaction(model: BehaviorModel, data: object) -> Reaction:
+    record: _ReactionLine = read_record(data, _ReactionLine, "the line")
+    return record.reaction.reaction(model)
 
 
-_HEADER = (
-    "format", "version", "model", "model_digest", "model_file", "case", "time_scale", "real", "options", "end",
-    "trace", "planner", "steps", "reactions",
-)  # fmt: skip
-
-_WORDS = {
-    "model_digest": "a SHA-256 of 64 hexadecimal digits",
-    "trace": "a SHA-256 of 64 hexadecimal digits",
-    "time_scale": "a number such as `20` or `1/2`",
-}
-
-
-def read_options(data: object) -> RunnerOptions:
-    """Parse the options of a runner, all of which must be there. Raises `ValueError`."""
-    types = {field.name: type(getattr(RunnerOptions(), field.name)) for field in fields(RunnerOptions)}
-    if not isinstance(data, dict):
-        raise ValueError("`options` are not an object")  # noqa: TRY004 - it is data
-    _refuse_other_keys(data, tuple(types))
-    for name, type_ in types.items():
-        if type(data[name]) is not type_ or not 0 <= data[name] <= _MAX_NS:
-            raise ValueError(
-                f"`{name}` of `options` is not {'a number from 0 on' if type_ is int else 'true or false'}"
-            )
-    for name in ("livelock_bound", "instant_bound"):
-        if data[name] > _MAX_AT_ONCE:
-            raise ValueError(f"`{name}` of `options` is more than {_MAX_AT_ONCE}")
-    return RunnerOptions(**data)
+def _read_header(line: str, place: Place) -> _HeaderRecord:
+    """Return the header of a log. Raises `InputError`."""
+    with _at(place):
+        data = read_json_object(line, _MAX_OF_THE_HEADER)
+    if data.get("format") != FORMAT:
+        is_trace = data.get("format") == "scbm-trace"
+        raise _bad(f"this is {'the trace of a run, which does not have its events' if is_trace else 'no log'}", place)
+    remedy = "record its run again: `scbm test MODEL CASES --logs DIRECTORY`"
+    refuse_other_version("log", data.get("version"), FORMAT_VERSION, place, remedy)
+    with _at(place):
+        header: _HeaderRecord = read_record(data, _HeaderRecord, "the header")
+        PlannerIdentity.parse(header.planner)
+    return header
 
 
-def _refuse_other_keys(data: dict[str, Any], required: Sequence[str], optional: Iterable[str] = ()) -> None:
-    allowed = (*required, *optional)
-    if any(name not in data for name in required) or any(name not in allowed for name in data):
-        raise ValueError(f"the fields must be {', '.join(required)}")
-
-
-def _is_count(value: object) -> bool:
-    return type(value) is int and value >= 0
-
-
-def _object(line: str, place: Place, most: int = _MAX_OF_A_LINE) -> dict[str, Any]:
-    """Parse a line as a JSON object. Raises `InputError`."""
+@contextmanager
+def _at(place: Place) -> Iterator[None]:
+    """Turn a `ValueError` into the `InputError` of a log."""
     try:
-        return read_json_object(line, most)
-    except JsonError as error:
-        raise _bad(f"a line of a log is a JSON object: {error.message}", place) from None
+        yield
+    except ValueError as error:
+        raise _bad(str(error), place) from None
 
 
 def _bad(message: str, place: Place) -> InputError:

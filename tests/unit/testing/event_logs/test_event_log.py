@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import to_builtins
 
-from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule
+from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule, Reaction
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunnerStarted
 from scbm.files import read_network
 from scbm.model import BehaviorModel, InputError, Outcome, PlannerIdentity, Slug, State
@@ -30,7 +31,6 @@ from scbm.running import (
     TimePassed,
 )
 from scbm.testing import RandomCases
-from scbm.testing.event_logs.event_json import Note, event_json, reaction_json, read_event, read_note, read_reaction
 from scbm.testing.event_logs.event_log import (
     EventLog,
     LogStep,
@@ -40,8 +40,11 @@ from scbm.testing.event_logs.event_log import (
     rerun,
     write_event_log,
 )
+from scbm.testing.event_logs.event_records import Note, ReactionRecord, event_record
+from scbm.testing.event_logs.json_records import read_record
 from support.capturing import DIGEST, captured
 from support.case_strategies import cases
+from support.event_records import as_text, event_json, read_event, read_note
 from support.models import scan_cell
 from support.profiles import examples, share, slow_beyond
 from support.random_models import random_model
@@ -175,7 +178,7 @@ EVENTS: list[Event | Note] = [
 
 @pytest.mark.parametrize("event", EVENTS, ids=lambda event: type(event).__name__)
 def test_an_event_is_read_as_it_was_written(event: Event | Note, wording: Wording) -> None:
-    written = json.loads(json.dumps(event_json(event)))
+    written = event_json(event)
     assert read_event(written, CELL, 5) == event
     is_note = isinstance(event, (MessageDisturbed, ResourceChanged))
     if is_note:
@@ -286,22 +289,27 @@ def test_an_injection_that_no_case_can_have_is_refused(changed: dict[str, Any], 
 
 def test_a_variable_with_two_values_is_not_written(wording: Wording) -> None:
     with wording.raises(ValueError):
-        event_json(Measured((("temperature", 1), ("temperature", 2))))
+        event_record(Measured((("temperature", 1), ("temperature", 2))))
 
 
 def test_what_an_injection_does_to_a_resource_is_no_note() -> None:
     with pytest.raises(ValueError, match="`dead`"):
-        event_json(ResourceChanged(0, "dead", "scan", "dead"))
+        event_record(ResourceChanged(0, "dead", "scan", "dead"))
 
 
 def test_reactions_are_read_strictly() -> None:
     log, _ = captured(AFTER, RandomCases(AFTER, network=None).case(1, 3))
-    reported = [json.loads(json.dumps(reaction_json(reaction))) for reaction in log.reactions]
+    reported = [to_builtins(ReactionRecord.of(reaction)) for reaction in log.reactions]
     assert reported
-    assert tuple(read_reaction(each, AFTER) for each in reported) == log.reactions
+    assert tuple(_read_reaction(each) for each in reported) == log.reactions
     for key, wrong in {"resource": "x", "outcome": "any", "latency_ns": 1.0, "measured": [], "reply": [True]}.items():
-        with pytest.raises(ValueError, match=f"`{key}`"):
-            read_reaction(reported[0] | {key: wrong}, AFTER)
+        with pytest.raises(ValueError, match=f"`{key}"):
+            _read_reaction(reported[0] | {key: wrong})
+
+
+def _read_reaction(data: object) -> Reaction:
+    record: ReactionRecord = read_record(as_text(data), ReactionRecord, "the reaction")
+    return record.reaction(AFTER)
 
 
 # what is no log
@@ -397,7 +405,7 @@ def test_options_are_read_strictly(text: str, name: str, value: object, wording:
     entry = json.loads(header)
     entry["options"][name] = value
     ((slug, line, message),) = _refused(json.dumps(entry) + "\n" + rest)
-    assert (slug, line, f"`{name}`" in message) == ("bad-log", 1, True)
+    assert (slug, line, f"{name}`" in message) == ("bad-log", 1, True)
     wording(message)
 
 
