@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from time import monotonic_ns
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,8 +23,7 @@ _MAX_KINDS = 50
 _DETAILS = re.compile(r"`[^`]*`|[0-9]+")
 
 
-@dataclass(slots=True)
-class _ShownWarnings:
+class _ShownWarnings(Struct):
     """The warnings of one kind: how many were shown, how many were not since then, and when the last one was shown."""
 
     shown: int = 0

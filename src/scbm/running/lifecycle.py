@@ -28,9 +28,10 @@ second time on purpose, and imports nothing from here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple, assert_never
+
+from msgspec import Struct
 
 from scbm.model import And, Constant, Equal, Member, OperationState, Reference, Truth
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE
@@ -66,8 +67,7 @@ class PlanEffect(Enum):
     MODEL_ERROR = "the run ends with a model error (semantics 2.4)"
 
 
-@dataclass(frozen=True, slots=True)
-class LifecycleRule:
+class LifecycleRule(Struct, frozen=True):
     """A row of the table: the current operation takes `part` and goes from `source` to `target`.
 
     Attributes:

@@ -23,9 +23,10 @@ keeps what they did. Later it writes the same records again, with the new time, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+from msgspec import Struct
 
 from scbm.running.lifecycle import OperationMove
 
@@ -284,8 +285,7 @@ MAX_TAKEN = 50
 """Maximum number of automatic transitions in a macro-step; where they repeat without end, the runner takes over."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlanQueue:
+class PlanQueue(Struct, frozen=True, eq=False):
     """The operations of a plan that are still to come, as a linked list. `Program.queue` makes equal ones identical.
 
     Attributes:

@@ -6,8 +6,9 @@ A program is made once for a model, never changes, and is shared by all runners 
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases import ConditionKind
 from scbm.model import (
@@ -46,8 +47,7 @@ if TYPE_CHECKING:
     from scbm.running.micro_steps import MemoizedSteps
 
 
-@dataclass(frozen=True, slots=True)
-class CompiledStep:
+class CompiledStep(Struct, frozen=True):
     """A transition as the runner takes it: the guard `g && gr`, and the actions `a` and `ar` together.
 
     Attributes:
@@ -65,8 +65,7 @@ class CompiledStep:
     fails_operation: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class RunnableOperation:
+class RunnableOperation(Struct, frozen=True):
     """An operation compiled for running.
 
     Attributes:
@@ -86,8 +85,7 @@ class RunnableOperation:
     take_current: tuple[int, int]
 
 
-@dataclass(frozen=True, slots=True)
-class RequestLine:
+class RequestLine(Struct, frozen=True):
     """The request variables of one resource, as masks and bits of packed states.
 
     Attributes:

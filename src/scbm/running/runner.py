@@ -7,8 +7,9 @@ order of all others. The runner keeps the requests, the plan and the timers, and
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
 
 from scbm.cases import Condition
 from scbm.cases.trace import (
@@ -94,8 +95,7 @@ def _nothing_pending(_: int) -> bool:
     return False
 
 
-@dataclass(slots=True)
-class _Armed:
+class _Armed(Struct):
     """An injection that has not acted yet.
 
     Attributes:
@@ -136,8 +136,7 @@ class _Armed:
         return (self.trigger is None or self.due_ns is not None or self.trigger(state)) and self.step.test(state)
 
 
-@dataclass(slots=True)
-class _Held:
+class _Held(Struct):
     """An injection that acted and will be put back.
 
     Attributes:

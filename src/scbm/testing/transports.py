@@ -6,8 +6,9 @@ To add one: a function that connects nodes, and an entry here, which names the f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from scbm.model.lazy_exports import load_named
 
@@ -21,8 +22,7 @@ ALL_INTERFACES = "all"
 """All interfaces of the machine, with loopback."""
 
 
-@dataclass(frozen=True, slots=True)
-class Transport:
+class Transport(Struct, frozen=True):
     """A transport: it carries the messages of the nodes of a cell.
 
     Attributes:

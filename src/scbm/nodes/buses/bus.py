@@ -6,8 +6,9 @@ All that is called back is called on the event loop that the bus was opened on, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model import SET_BOOL, TRIGGER, FieldType, MessageType, Scalar, ServiceType
 
@@ -42,8 +43,7 @@ ONLY_BEST_EFFORT = (
 """Why a publication is not matched, and what can be written."""
 
 
-@dataclass(frozen=True, slots=True)
-class Topic:
+class Topic(Struct, frozen=True):
     """A topic.
 
     Attributes:
@@ -60,16 +60,14 @@ class Topic:
     is_best_effort: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Service:
+class Service(Struct, frozen=True):
     """A service: its name from the root, and its type."""
 
     name: str
     type: ServiceType
 
 
-@dataclass(frozen=True, slots=True)
-class Received:
+class Received(Struct, frozen=True):
     """A received message.
 
     Attributes:
@@ -83,8 +81,7 @@ class Received:
     stamp_ns: int
 
 
-@dataclass(frozen=True, slots=True)
-class Answered:
+class Answered(Struct, frozen=True):
     """The response to a call.
 
     Attributes:
@@ -98,8 +95,7 @@ class Answered:
     stamp_ns: int
 
 
-@dataclass(frozen=True, slots=True)
-class Unmatched:
+class Unmatched(Struct, frozen=True):
     """Why an endpoint has no peers.
 
     Attributes:

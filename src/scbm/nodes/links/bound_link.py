@@ -10,6 +10,8 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from msgspec import Struct
+
 from scbm.model import RequestBinding, ServiceCall, ServiceChoice, TopicPair
 from scbm.nodes.buses.bus import Topic, Unmatched
 from scbm.nodes.links.link import PresenceMonitor, Reply
@@ -29,8 +31,7 @@ _MAX_ANSWERED = 100
 """The number of answered requests that are kept to detect second replies, which come soon."""
 
 
-@dataclass(frozen=True, slots=True)
-class LinkContext:
+class LinkContext(Struct, frozen=True):
     """The arguments of every link to a real driver.
 
     Attributes:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -12,16 +13,14 @@ if TYPE_CHECKING:
     from scbm.nodes.buses.bus import Unmatched
 
 
-@dataclass(frozen=True, slots=True)
-class Correlation:
+class Correlation(Struct, frozen=True):
     """The identity of a request: its run and its number."""
 
     run: str
     number: int
 
 
-@dataclass(frozen=True, slots=True)
-class Reply:
+class Reply(Struct, frozen=True):
     """A reply to a request; `stamp_ns` is its time of arrival, by the clock of the bus."""
 
     request: Correlation
@@ -30,8 +29,7 @@ class Reply:
     stamp_ns: int
 
 
-@dataclass(frozen=True, slots=True)
-class Measurement:
+class Measurement(Struct, frozen=True):
     """Values that a resource published; `stamp_ns` is their time of arrival, by the clock of the bus."""
 
     values: Changes

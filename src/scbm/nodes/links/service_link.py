@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from scbm.model import Reference, ServiceCall, ServiceChoice
 from scbm.nodes.buses.bus import BusError, Service, Unmatched
@@ -121,8 +122,7 @@ def _fields(call: ServiceCall, values: Mapping[str, Scalar]) -> dict[str, Scalar
     return {name: float(value) if types[name].is_float else value for name, value in given.items()}
 
 
-@dataclass(frozen=True, slots=True)
-class _PendingCall:
+class _PendingCall(Struct, frozen=True):
     """A request with its service call.
 
     Attributes:
@@ -136,8 +136,7 @@ class _PendingCall:
     fields: dict[str, Scalar]
 
 
-@dataclass(slots=True)
-class _CallQueue:
+class _CallQueue(Struct):
     """One service with its waiting requests and open calls.
 
     Attributes:

@@ -14,7 +14,7 @@ from time import monotonic_ns, time_ns
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
-from msgspec import structs
+from msgspec import Struct, structs
 
 from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError, Topic
@@ -55,8 +55,7 @@ class NodeContext:
     start_within_s: float = START_WITHIN_S
 
 
-@dataclass(frozen=True, slots=True)
-class CellTopics:
+class CellTopics(Struct, frozen=True):
     """The topics of the cell of a model.
 
     Attributes:
@@ -142,8 +141,7 @@ REPETITIONS = 3
 """A status takes effect once its publisher, which is still there, has repeated it in so many periods."""
 
 
-@dataclass(slots=True)
-class _NewStatus:
+class _NewStatus(Struct):
     """A status that has not taken effect; the number of its repetitions, and when the last one came."""
 
     status: Status

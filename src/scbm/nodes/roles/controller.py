@@ -9,13 +9,12 @@ import asyncio
 from collections import deque
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from fractions import Fraction
 from queue import SimpleQueue
 from threading import Thread
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from msgspec import structs
+from msgspec import Struct, field, structs
 
 from scbm.cases import Injection
 from scbm.cases.trace import NETWORK, InjectionApplied, ResourceChanged, Trace, trace_digest
@@ -130,8 +129,7 @@ _LOOK_S = 0.5
 """Period in which the controller looks for real resources."""
 
 
-@dataclass(slots=True)
-class _ControlledRun:
+class _ControlledRun(Struct):
     """A prepared or running run.
 
     Attributes:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases import Network
 from scbm.model.sources import published_by
@@ -31,8 +32,7 @@ class Lack(StrEnum):
     DRIVER = "a real resource is not reached"
 
 
-@dataclass(frozen=True, slots=True)
-class Reason:
+class Reason(Struct, frozen=True):
     """One problem of a cell.
 
     Attributes:

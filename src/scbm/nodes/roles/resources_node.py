@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, assert_never
 
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET, Struct, UnsetType, field
 
 from scbm.cases import AT_ONCE, Condition, Reaction, condition_kind
 from scbm.model import Outcome
@@ -158,8 +157,7 @@ class ResourcesNode:
             queue.begin(None)
 
 
-@dataclass(frozen=True, slots=True)
-class _AnsweredRun:
+class _AnsweredRun(Struct, frozen=True):
     """The run that a tester announced."""
 
     id: str
@@ -167,8 +165,7 @@ class _AnsweredRun:
     is_relayed: bool
 
 
-@dataclass(slots=True)
-class _PendingRequest:
+class _PendingRequest(Struct):
     """A request: its sender, once it has arrived, and the fate of each copy, once that is decided.
 
     `number` is unique among all requests of the resource, in this run and in others.
@@ -182,16 +179,14 @@ class _PendingRequest:
     is_cancelled: bool = False
 
 
-@dataclass(slots=True)
-class _Answer:
+class _Answer(Struct):
     """A reply whose fate the tester has not decided yet."""
 
     request: Correlation
     text: str
 
 
-@dataclass(slots=True)
-class _RequestProgress:
+class _RequestProgress(Struct):
     """The state of a resource in one run."""
 
     resource: SimulatedResource

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from msgspec import structs
+from msgspec import Struct, structs
 
 from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, ends_of, trace_digest
 from scbm.files import write_case
@@ -86,8 +85,7 @@ class NotBegunError(LostError):
     """A run that ended before any request was sent, as its controller left: another controller may run the case."""
 
 
-@dataclass(frozen=True, slots=True)
-class NodeRun:
+class NodeRun(Struct, frozen=True):
     """The result of a run over nodes.
 
     Attributes:

@@ -9,11 +9,10 @@ The time of a run: wall time since it began, some times faster (decision 26).
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Protocol
 
-from msgspec import structs
+from msgspec import Struct, structs
 
 from scbm.cases.trace import MessageDisturbed, ResourceChanged
 from scbm.running import AskPlan, CancelRequest, RunFinished, SendRequest, TimePassed, records_of
@@ -144,8 +143,7 @@ class Driver:
         self._arm()
 
 
-@dataclass(frozen=True, slots=True)
-class Clock:
+class Clock(Struct, frozen=True):
     """Turns readings of `time.monotonic_ns` into time of a run, and back.
 
     Attributes:

@@ -7,8 +7,9 @@ state again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from msgspec import Struct
 
 from scbm.cases import EnvironmentChange
 from scbm.cases.injections import MAX_CHANGES
@@ -169,8 +170,7 @@ class RecordedMoves:
         return tuple(change for number, change in enumerate(self._changes) if number not in self._come)
 
 
-@dataclass(slots=True)
-class _TransitionClock:
+class _TransitionClock(Struct):
     """The clock of an environment transition, or of variables that change freely.
 
     Attributes:

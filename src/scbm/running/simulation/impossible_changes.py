@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.trace import assignments
 from scbm.model import format_moment, format_value
@@ -23,8 +24,7 @@ _MAX_VALUES = 8
 """Maximum number of values that a message lists."""
 
 
-@dataclass(frozen=True, slots=True)
-class ImpossibleChange:
+class ImpossibleChange(Struct, frozen=True):
     """A change that no maker could make at its moment.
 
     Attributes:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from scbm.cases import Condition, Intake
 from scbm.model import Outcome
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
 _WELL = Condition()
 
 
-@dataclass(slots=True)
-class Job:
+class Job(Struct):
     """One copy of a request that arrived, with the reaction to it, the kind of the reply, and the values in it."""
 
     request: int
@@ -27,8 +27,7 @@ class Job:
     measured: Changes = ()
 
 
-@dataclass(slots=True)
-class SimulatedResource:
+class SimulatedResource(Struct):
     """The state of one resource in a run.
 
     Attributes:

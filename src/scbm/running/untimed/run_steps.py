@@ -9,8 +9,9 @@ tests compare these steps with those of the runner.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, assert_never
+
+from msgspec import Struct, field
 
 from scbm.cases.coverage import Aspect
 from scbm.cases.trace import End
@@ -97,8 +98,7 @@ class _PlanQuestion(NamedTuple):
         return WaitsFor.UNSOLVABLE if self.state == state else WaitsFor.STALE, 0
 
 
-@dataclass(slots=True)
-class SettlingRun:
+class SettlingRun(Struct):
     """A run between an event and the next position.
 
     Attributes:

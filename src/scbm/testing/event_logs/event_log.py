@@ -15,7 +15,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias, TypeVar
 
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET, Struct, UnsetType
 from msgspec.json import Encoder
 
 from scbm.cases.trace import End, ends_of
@@ -61,8 +61,7 @@ _MAX_REPORTED = 20
 _Digest: TypeAlias = Annotated[str, matching("[0-9a-f]{64}", "a SHA-256 of 64 hexadecimal digits")]
 
 
-@dataclass(frozen=True, slots=True)
-class LogStep:
+class LogStep(Struct, frozen=True):
     """One step of a run: an event, or a note.
 
     Attributes:
@@ -346,8 +345,7 @@ class LogDocument:
                 wrong += _bad(str(error), Place(self._file, index + 1)).diagnostics
 
 
-@dataclass(slots=True)
-class _StepReader:
+class _StepReader(Struct):
     """Parses the steps of a log one after the other; each call raises `ValueError` if the step is wrong."""
 
     model: BehaviorModel

@@ -7,11 +7,11 @@ says so.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
-from msgspec import Meta, structs
+from msgspec import Meta, Struct, structs
 
 from scbm.cases import Condition, Injection, Reaction, condition_kind
 from scbm.cases.trace import NETWORK, SENT, MessageDisturbed, ResourceChanged
@@ -49,8 +49,7 @@ _AtOnce: TypeAlias = Annotated[int, Meta(ge=0, le=1_000_000)]
 """A bound that detects a livelock: the records of all steps up to the bound stay in memory."""
 
 
-@dataclass(frozen=True, slots=True)
-class ModelNames:
+class ModelNames(Struct, frozen=True):
     """Looks up what a record says of a model; each method raises `ValueError`, which names the field.
 
     Attributes:

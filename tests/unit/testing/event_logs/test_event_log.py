@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from msgspec import to_builtins
+from msgspec import structs, to_builtins
 
 from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule, Reaction
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunnerStarted
@@ -135,7 +135,7 @@ def test_a_note_has_the_time_of_its_step(wording: Wording) -> None:
     assert read_event_log(write_event_log(log, CELL), CELL, DIGEST).steps[-1] == note
     assert replay(log, Program(CELL))[-1] == note.event
     with wording.raises(ValueError):
-        write_event_log(replace(log, steps=(replace(note, at_ns=3 * SECOND_NS),)), CELL)
+        write_event_log(replace(log, steps=(structs.replace(note, at_ns=3 * SECOND_NS),)), CELL)
 
 
 def test_a_note_behind_more_records_than_there_are_is_refused(wording: Wording) -> None:

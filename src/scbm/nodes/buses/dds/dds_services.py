@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 from uuid import uuid4
+
+from msgspec import Struct
 
 from scbm.nodes.buses.bus import Answered, BusError
 from scbm.nodes.buses.dds import dds_names, message_types
@@ -152,8 +153,7 @@ def _id_text(identity: UUID) -> str:
     return ".".join(f"{byte:x}" for byte in identity.bytes)
 
 
-@dataclass(frozen=True, slots=True)
-class _Response:
+class _Response(Struct, frozen=True):
     """A response that waits for the reader of its client, with its deadline."""
 
     sample: IdlStruct

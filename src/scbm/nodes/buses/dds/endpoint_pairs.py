@@ -6,12 +6,12 @@ User data of both, `clientid=…;` or `serviceid=…;`, identify them as a pair 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from threading import Lock
 from typing import TYPE_CHECKING
 
 from cyclonedds.core import DDSException, Listener, Policy, Qos
 from cyclonedds.topic import Topic
+from msgspec import Struct
 
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.buses.dds.raw_samples import RawReader, RawWriter, delete
@@ -35,8 +35,7 @@ _HANDLES = 2**64
 """Handles are so many; some functions of cyclonedds take them as signed numbers, some do not."""
 
 
-@dataclass(frozen=True, slots=True)
-class Taken:
+class Taken(Struct, frozen=True):
     """Samples taken from a reader.
 
     Attributes:
@@ -50,8 +49,7 @@ class Taken:
     stamp_ns: int
 
 
-@dataclass(frozen=True, slots=True)
-class Match:
+class Match(Struct, frozen=True):
     """A matched endpoint.
 
     Attributes:

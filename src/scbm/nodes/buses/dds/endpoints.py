@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from time import monotonic_ns
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 from cyclonedds.core import DDSException, Policy, Qos
 from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
+from msgspec import Struct
 
 from scbm.nodes.buses.bus import BusError, Received
 from scbm.nodes.buses.dds.dds_names import topic_name
@@ -77,8 +77,7 @@ class EndpointPeers:
                 self._matched(count)
 
 
-@dataclass(frozen=True, slots=True)
-class ReceivedSample:
+class ReceivedSample(Struct, frozen=True):
     """The callbacks of a subscription, which run on the loop.
 
     Attributes:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 from cyclonedds.core import Policy
+from msgspec import Struct
 
 from scbm.files import nearest
 from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Unmatched
@@ -41,8 +41,7 @@ _BUILTIN: tuple[tuple[EndpointRole, BuiltinTopic], ...] = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Endpoint:
+class Endpoint(Struct, frozen=True):
     """An endpoint of another participant, with its names in DDS."""
 
     role: EndpointRole
@@ -66,8 +65,7 @@ def others(participant: DomainParticipant) -> list[Endpoint]:
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class WantedEndpoint:
+class WantedEndpoint(Struct, frozen=True):
     """The peers that one of our endpoints can match.
 
     Attributes:
