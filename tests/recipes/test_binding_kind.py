@@ -13,7 +13,7 @@ import pytest
 from scbm.files import load_model, read_model, write_model
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.links import bound_link
-from scbm.nodes.links.link import Correlation, Reply
+from scbm.nodes.links.link import Correlation, LinkContext, Reply
 from scbm.testing.transports import TRANSPORTS, Transport
 from support.recipe_page import followed
 from support.wording import Wording
@@ -60,7 +60,7 @@ class Heard:
 def test_requests_go_by_the_new_link_and_a_kind_without_one_is_refused(tmp_path: Path) -> None:
     async def scenario() -> list[tuple[str, Reply]]:
         heard, bus = Heard(), LoopbackHub().join("controller")
-        link = bound_link.BoundLink(bus, model.resources[0], heard, print, lambda: 7)
+        link = bound_link.BoundLink(LinkContext(bus, model.resources[0], heard, print, lambda: 7))
         assert link.is_there
         link.send(Correlation("run", 1), ())
         await heard.is_there.wait()

@@ -11,7 +11,7 @@ from scbm.nodes import Bus, ControllerNode
 from scbm.nodes.buses.bus import Publisher, Service, Topic
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.links.bound_link import BoundLink
-from scbm.nodes.links.link import Correlation, Reply
+from scbm.nodes.links.link import Correlation, LinkContext, Reply
 from scbm.nodes.node_messages import Abandon, Go, Message, Prepare, Refused, decode, encode
 from scbm.nodes.roles.cell_topics import CellTopics
 from support.event_records import OPTIONS
@@ -160,7 +160,9 @@ class Whole:
         self.heard = Heard()
         self.complaints: list[str] = []
         resource = Resource("scan", ("command",), ("zone",), binding=binding)
-        self.link = BoundLink(self.hub.join("controller"), resource, self.heard, self.complaints.append, loop.now_ns)
+        self.link = BoundLink(
+            LinkContext(self.hub.join("controller"), resource, self.heard, self.complaints.append, loop.now_ns)
+        )
 
 
 ZONE = MeasuredTopic("/scan/zone", MessageType.BOOL, Reading("zone"))

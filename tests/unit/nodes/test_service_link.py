@@ -26,7 +26,7 @@ from scbm.model import (
 )
 from scbm.nodes.buses.bus import Answered, BusError, Client, Service
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
-from scbm.nodes.links.link import Correlation
+from scbm.nodes.links.link import Correlation, LinkContext
 from scbm.nodes.links.service_link import ServiceLink
 from support.hearing import Heard
 from support.loops import run
@@ -92,7 +92,7 @@ class Harness:
         driver, heard, complaints = Driver(hub), Heard(), list[str]()
         prepare(driver)
         bus = hub.join("controller")
-        link = ServiceLink(bus, resource(requests), heard, complaints.append, monotonic_ns)
+        link = ServiceLink(LinkContext(bus, resource(requests), heard, complaints.append, monotonic_ns))
         return Harness(link, heard, driver, complaints)
 
     def send(self, number: int, **values: Value) -> None:
@@ -181,7 +181,9 @@ def test_a_response_of_which_nothing_is_asked_says_succeeded() -> None:
         empty = ServiceType("std_srvs/srv/Empty")
         hub, heard = LoopbackHub(), Heard()
         hub.join("driver").serve(Service("/reset", empty), lambda _: {})
-        link = ServiceLink(hub.join("controller"), resource(ServiceCall("/reset", empty)), heard, print, monotonic_ns)
+        link = ServiceLink(
+            LinkContext(hub.join("controller"), resource(ServiceCall("/reset", empty)), heard, print, monotonic_ns)
+        )
         link.send(Correlation("run", 1), ())
         await heard.until(lambda: bool(heard.replies))
         assert heard.numbers() == [(1, True)]
@@ -300,7 +302,7 @@ def test_a_second_response_to_one_call_is_dropped() -> None:
         hub, heard = LoopbackHub(), Heard()
         hub.join("driver").serve(Service("/scan", TRIGGER), lambda _: {"success": True, "message": ""})
         bus = Repeating(hub, "controller", asyncio.get_running_loop())
-        link = ServiceLink(bus, resource(SCAN), heard, print, monotonic_ns)
+        link = ServiceLink(LinkContext(bus, resource(SCAN), heard, print, monotonic_ns))
         for number in (1, 2):
             link.send(Correlation("run", number), ())
         await heard.until(lambda: len(heard.replies) >= 2)
@@ -410,7 +412,7 @@ def test_a_call_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(
 def test_a_request_that_nobody_can_carry_out_fails_by_the_clock_of_the_bus() -> None:
     async def scene() -> None:
         heard = Heard()
-        link = ServiceLink(LoopbackHub().join("controller"), resource(LIGHT), heard, print, lambda: 7)
+        link = ServiceLink(LinkContext(LoopbackHub().join("controller"), resource(LIGHT), heard, print, lambda: 7))
         link.send(Correlation("run", 1), (("light", "none"),))
         await heard.until(lambda: bool(heard.replies))
         assert heard.replies[0][1].stamp_ns == 7

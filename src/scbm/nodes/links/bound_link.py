@@ -10,43 +10,22 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import structs
 
 from scbm.model import RequestBinding, ServiceCall, ServiceChoice, TopicPair
-from scbm.nodes.buses.bus import Topic, Unmatched
-from scbm.nodes.links.link import PresenceMonitor, Reply
+from scbm.model.lazy_exports import load_named
+from scbm.nodes.buses.bus import Unmatched
+from scbm.nodes.links.link import LinkContext, PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import MeasuredTopics
-from scbm.nodes.links.service_link import ServiceLink
-from scbm.nodes.links.topic_link import TopicLink
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from scbm.cases.trace import Changes
-    from scbm.model import Resource
-    from scbm.nodes.buses.bus import Bus
-    from scbm.nodes.links.link import Correlation, Link, LinkListener, Measurement
+    from scbm.nodes.links.link import Correlation, Link, Measurement
 
 _MAX_ANSWERED = 100
 """The number of answered requests that are kept to detect second replies, which come soon."""
-
-
-class LinkContext(Struct, frozen=True):
-    """The arguments of every link to a real driver.
-
-    Attributes:
-        bus: carries its messages.
-        resource: a resource with a binding.
-        listener: gets replies and changes of presence.
-        warn: gets a sentence about each message that cannot be taken or sent.
-        now_ns: the clock of the bus.
-    """
-
-    bus: Bus
-    resource: Resource
-    listener: LinkListener
-    warn: Callable[[str], None]
-    now_ns: Callable[[], int]
 
 
 class BoundLink:
@@ -58,32 +37,17 @@ class BoundLink:
     A second reply is reported once in each run; the listener ignores it.
     """
 
-    def __init__(
-        self,
-        bus: Bus,
-        resource: Resource,
-        listener: LinkListener,
-        warn: Callable[[str], None],
-        now_ns: Callable[[], int],
-    ) -> None:
-        """Made once for each resource, on the event loop of the bus.
-
-        Args:
-            bus: what drivers are reached by.
-            resource: one with a binding.
-            listener: gets replies, values and changes of presence.
-            warn: gets a sentence about each message that cannot be taken or sent.
-            now_ns: the clock that the bus stamps messages by.
-        """
-        self._resource = resource.name
-        self._listener = listener
-        self._now_ns = now_ns
-        self._warn = warn
-        self._presence = PresenceMonitor(resource.name, listener, lambda: self.is_there)
+    def __init__(self, context: LinkContext) -> None:
+        """Made once for each resource, on the event loop of the bus."""
+        self._resource = context.resource.name
+        self._listener = context.listener
+        self._now_ns = context.now_ns
+        self._warn = context.warn
+        self._presence = PresenceMonitor(self._resource, context.listener, lambda: self.is_there)
         self._answered: deque[Correlation] = deque(maxlen=_MAX_ANSWERED)
         self._answered_twice: deque[str] = deque(maxlen=_MAX_ANSWERED)
-        self._measured = MeasuredTopics(bus, resource, self)
-        self._requests = _requests(LinkContext(bus, resource, self, warn, now_ns))
+        self._measured = MeasuredTopics(context.bus, context.resource, self)
+        self._requests = _requests(structs.replace(context, listener=self))
 
     @property
     def is_there(self) -> bool:
@@ -139,23 +103,12 @@ class BoundLink:
         self._presence.update()
 
 
-def _service_link(context: LinkContext) -> Link:
-    return ServiceLink(context.bus, context.resource, context.listener, context.warn, context.now_ns)
-
-
-def _topic_link(context: LinkContext) -> Link:
-    binding = context.resource.binding
-    assert binding is not None  # noqa: S101 - a context is made for a resource with a binding
-    request, reply = map(Topic, binding.requests.topics if binding.requests is not None else ())
-    return TopicLink(context.bus, context.resource.name, (request, reply), context.listener, context.warn)
-
-
-LINKS: dict[type[RequestBinding], Callable[[LinkContext], Link]] = {
-    ServiceCall: _service_link,
-    ServiceChoice: _service_link,
-    TopicPair: _topic_link,
+LINKS: dict[type[RequestBinding], str] = {
+    ServiceCall: "scbm.nodes.links.service_link:ServiceLink",
+    ServiceChoice: "scbm.nodes.links.service_link:ServiceLink",
+    TopicPair: "scbm.nodes.links.topic_link:bound_topic_link",
 }
-"""The function that makes the link to a driver, for each kind of binding."""
+"""What makes the link to a driver from its `LinkContext`, as `package.module:name`, for each kind of binding."""
 
 
 def _requests(context: LinkContext) -> Link | None:
@@ -166,7 +119,8 @@ def _requests(context: LinkContext) -> Link | None:
     kind = type(binding.requests)
     if kind not in LINKS:
         raise TypeError(f"no link reaches a resource by a {kind.__name__}: add one to LINKS")
-    return LINKS[kind](context)
+    link: Link = load_named(LINKS[kind])(context)
+    return link
 
 
 @dataclass

@@ -10,7 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.cases.trace import Changes
-    from scbm.nodes.buses.bus import Unmatched
+    from scbm.model import Resource
+    from scbm.nodes.buses.bus import Bus, Unmatched
 
 
 class Correlation(Struct, frozen=True):
@@ -50,6 +51,24 @@ class LinkListener(Protocol):
     def on_presence(self, resource: str, *, is_there: bool) -> None:
         """Handle that the resource came, or was lost."""
         ...
+
+
+class LinkContext(Struct, frozen=True):
+    """The arguments of every link to a real driver.
+
+    Attributes:
+        bus: carries its messages.
+        resource: a resource with a binding.
+        listener: gets replies and changes of presence.
+        warn: gets a sentence about each message that cannot be taken or sent.
+        now_ns: the clock of the bus.
+    """
+
+    bus: Bus
+    resource: Resource
+    listener: LinkListener
+    warn: Callable[[str], None]
+    now_ns: Callable[[], int]
 
 
 class PresenceMonitor:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from scbm.cases.trace import Changes
-    from scbm.model import Resource, Scalar
+    from scbm.model import Scalar
     from scbm.nodes.buses.bus import Answered, Bus, Client
-    from scbm.nodes.links.link import Correlation, LinkListener
+    from scbm.nodes.links.link import Correlation, LinkContext
 
 
 class ServiceLink:
@@ -33,35 +33,21 @@ class ServiceLink:
       sends such a one, but an initial state or an injection may.
     """
 
-    def __init__(
-        self,
-        bus: Bus,
-        resource: Resource,
-        listener: LinkListener,
-        warn: Callable[[str], None],
-        now_ns: Callable[[], int],
-    ) -> None:
-        """Made once for each resource, on the event loop of the bus.
-
-        Args:
-            bus: what carries the calls.
-            resource: one that is bound to services.
-            listener: gets replies and changes of presence.
-            warn: gets a sentence about each call that cannot be made.
-            now_ns: the clock that the bus stamps responses by.
-        """
-        assert resource.binding is not None  # noqa: S101 - checked by the caller
-        self._bus = bus
-        self._resource = resource.name
-        self._requests = resource.binding.requests
-        self._listener = listener
-        self._warn = warn
-        self._now_ns = now_ns
-        self._presence = PresenceMonitor(resource.name, listener, lambda: self.is_there)
-        services = dict.fromkeys(Service(call.name, call.type) for call in resource.binding.calls)
+    def __init__(self, context: LinkContext) -> None:
+        """Made once for each resource that is bound to services, on the event loop of the bus."""
+        binding = context.resource.binding
+        assert binding is not None  # noqa: S101 - checked by the caller
+        self._bus = context.bus
+        self._resource = context.resource.name
+        self._requests = binding.requests
+        self._listener = context.listener
+        self._warn = context.warn
+        self._now_ns = context.now_ns
+        self._presence = PresenceMonitor(self._resource, context.listener, lambda: self.is_there)
+        services = dict.fromkeys(Service(call.name, call.type) for call in binding.calls)
         self._lines = {service.name: _CallQueue(service, self._answered, self._lost) for service in services}
         for line in self._lines.values():
-            line.open(bus, self._presence.update)
+            line.open(context.bus, self._presence.update)
 
     @property
     def is_there(self) -> bool:

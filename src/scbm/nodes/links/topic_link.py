@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from msgspec import UNSET, UnsetType, field
 
 from scbm.model.json_reader import JsonError
-from scbm.nodes.buses.bus import BusError, Unmatched
+from scbm.nodes.buses.bus import BusError, Topic, Unmatched
 from scbm.nodes.links.link import Correlation, Measurement, PresenceMonitor, Reply
 from scbm.nodes.node_messages import read_object
 from scbm.testing.event_logs.json_records import JsonRecord, Values, matching, read_record
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.cases.trace import Changes
-    from scbm.nodes.buses.bus import Bus, Received, Topic
-    from scbm.nodes.links.link import LinkListener
+    from scbm.nodes.buses.bus import Bus, Received
+    from scbm.nodes.links.link import LinkContext, LinkListener
 
 _MAX_CHARACTERS = 1_000_000
 """Maximum length of a message of a driver; its event fits into a line of an event log."""
@@ -121,6 +121,14 @@ class TopicLink:
             self._listener.on_reply(self._resource, heard)
         else:
             self._listener.on_values(self._resource, heard)
+
+
+def bound_topic_link(context: LinkContext) -> TopicLink:
+    """Return the link to a driver that is bound to a pair of topics."""
+    binding = context.resource.binding
+    assert binding is not None and binding.requests is not None  # noqa: S101, PT018 - checked by the caller
+    request, reply = map(Topic, binding.requests.topics)
+    return TopicLink(context.bus, context.resource.name, (request, reply), context.listener, context.warn)
 
 
 def id_text(request: Correlation) -> str:

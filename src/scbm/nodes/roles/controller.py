@@ -23,7 +23,7 @@ from scbm.model import InputError, PlanSet
 from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
-from scbm.nodes.links.link import Correlation
+from scbm.nodes.links.link import Correlation, LinkContext
 from scbm.nodes.links.measured_topics import ExclusionWarnings, Refusals
 from scbm.nodes.links.topic_link import TopicLink, id_text
 from scbm.nodes.node_messages import (
@@ -204,7 +204,7 @@ class ControllerNode:
 
     def _link(self, context: NodeContext, topics: CellTopics, resource: Resource) -> Link:
         if resource.name in self._real:
-            return BoundLink(self._drivers, resource, self, context.warn, context.now_ns)
+            return BoundLink(LinkContext(self._drivers, resource, self, context.warn, context.now_ns))
         pair = (topics.request(resource.name), topics.reply(resource.name))
         return TopicLink(context.bus, resource.name, pair, self, context.warn)
 
