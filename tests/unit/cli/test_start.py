@@ -8,13 +8,18 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from conftest import Ran
+from scbm.cases import Case
 from scbm.cli.main import _is_interruption
 from scbm.cli.verb_registry import VERBS
+from scbm.files import digest_of, load_model
+from scbm.testing.event_logs.event_log import write_event_log
+from support.capturing import captured
 from support.profiles import share
 
 ROOT = Path(__file__).parents[3]
@@ -128,6 +133,24 @@ UNUSED = {
 )
 def test_a_command_imports_only_what_it_uses(arguments: tuple[str, ...], unused: set[str]) -> None:
     assert _imported(*arguments) & unused == set()
+
+
+@pytest.mark.slow
+def test_the_core_works_without_nodes(tmp_path: Path) -> None:
+    """Cases run, models with bindings load, and a log is replayed; a run over nodes is the only use of the package."""
+    model = load_model(ROOT / BEFORE)
+    log, _ = captured(model, Case("delivers", *model.goals[0], model.nominal_state))
+    saved = replace(log, digest=digest_of(model), model_file=None)
+    (tmp_path / "run.log").write_text(write_event_log(saved, model), encoding="utf-8")
+    code = "import sys; sys.modules['scbm.nodes'] = None\nfrom scbm.cli.main import main\nmain()"
+    for command, expected in (
+        (("check", BEFORE), 0),
+        (("test", BEFORE, "--cases", "1", "--failures", str(tmp_path)), 0),
+        (("replay", str(tmp_path / "run.log"), "--model", BEFORE), 0),
+        (("test", BEFORE, "--cases", "1", "--transport", "loopback"), 3),
+    ):
+        done = subprocess.run([sys.executable, "-c", code, *command], cwd=ROOT, check=False, capture_output=True)
+        assert (command, done.returncode) == (command, expected)
 
 
 LATE = (
