@@ -17,7 +17,6 @@ from scbm.testing.event_logs.event_records import (
     OptionsRecord,
     event_of,
     event_record,
-    note_of,
 )
 from scbm.testing.event_logs.json_records import read_record
 
@@ -37,10 +36,10 @@ def read_event(data: object, model: BehaviorModel, at_ns: int = 0) -> Event | No
     return event_of(record, model, at_ns)
 
 
-def read_note(data: object, model: BehaviorModel, at_ns: int) -> Note:
+def read_note(data: object, model: BehaviorModel, at_ns: int) -> Event | Note:
     """Return the note of data; raise `ValueError`."""
     record: NoteRecord = read_record(as_text(data), NoteRecord, "the note")
-    return note_of(record, model, at_ns)
+    return event_of(record, model, at_ns)
 
 
 def event_json(event: Event | Note) -> dict[str, Any]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
 from itertools import count
 from threading import Event, Thread
 from time import monotonic, monotonic_ns
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+from msgspec import Struct, field
 
 from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Answered, BusError, FieldType, Received, Service, Topic, Unmatched
 
@@ -234,8 +235,7 @@ class RclpyBus:
         self._context.try_shutdown()
 
 
-@dataclass(eq=False, slots=True)
-class _RclpyPeers:
+class _RclpyPeers(Struct, eq=False):
     """The number of matched peers.
 
     Attributes:
@@ -255,8 +255,7 @@ class _RclpyPeers:
                 self.matched(number)
 
 
-@dataclass(frozen=True, slots=True)
-class _RclpyPublisher:
+class _RclpyPublisher(Struct, frozen=True):
     topic: Topic
     entity: Foreign
     message: Foreign
@@ -271,8 +270,7 @@ class _RclpyPublisher:
             self.entity.publish(self.message(data=data))
 
 
-@dataclass(frozen=True, slots=True)
-class _RclpyClient:
+class _RclpyClient(Struct, frozen=True):
     service: Service
     entity: Foreign
     request: Foreign

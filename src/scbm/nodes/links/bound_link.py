@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from msgspec import structs
+from msgspec import Struct, structs
 
 from scbm.model import RequestBinding, ServiceCall, ServiceChoice, TopicPair
 from scbm.model.lazy_exports import load_named
@@ -123,8 +122,7 @@ def _requests(context: LinkContext) -> Link | None:
     return link
 
 
-@dataclass
-class MissingDrivers:
+class MissingDrivers(Struct):
     """Reports missing real resources.
 
     Attributes:

@@ -65,7 +65,7 @@ from scbm.running import (
 )
 from scbm.running.search_guard import plan_guarded
 from scbm.running.simulation.case_runner import CaseRunner
-from scbm.testing.event_logs.event_records import event_record, note_of
+from scbm.testing.event_logs.event_records import event_of, event_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -324,7 +324,7 @@ class ControllerNode:
 
     def _note(self, driver: Driver, message: NoteMessage, stamp_ns: int) -> None:
         try:
-            note = note_of(message.note, self._model)
+            note = event_of(message.note, self._model)
         except ValueError as error:
             self._warn(f"a note of the tester was dropped: {error}")
             return

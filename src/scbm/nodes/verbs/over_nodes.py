@@ -10,9 +10,11 @@ import os
 import shlex
 import sys
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from scbm.cli.campaigns.campaign_loop import carry_out, finished_executions
 from scbm.cli.campaigns.test_campaign import remember_failed, report_campaign, setting_of
@@ -84,8 +86,7 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     return code if is_kept else max(2, code)
 
 
-@dataclass
-class SavedLogs:
+class SavedLogs(Struct):
     """Saves logs, each under the name of its case or the next free one.
 
     Attributes:
@@ -230,8 +231,7 @@ def _look(answers: Answers, asked: NodeOptions) -> str:
     return f"check the output of its driver, {where}, and its deadlines"
 
 
-@dataclass
-class Waiting:
+class Waiting(Struct):
     """Reports what a cell waits for; nodes that this command starts itself are left out."""
 
     _asked: NodeOptions
@@ -304,8 +304,7 @@ def _commands(asked: NodeOptions) -> dict[str, list[str]]:
     return commands
 
 
-@dataclass
-class OverNodes:
+class OverNodes(Struct):
     """Runs cases one by one, and saves their event logs.
 
     Attributes:

@@ -257,7 +257,7 @@ def event_of(record: EventRecord, model: BehaviorModel, at_ns: int = 0) -> Event
     Raises:
         ValueError: the model does not have a name or a value of the record.
     """
-    names = _names_for(record, model)
+    names = ModelNames(model, f"`{record.__struct_config__.tag}`")
     match record:
         case GoalRecord(name, predicate, when):
             return GoalGiven(name, names.predicate("predicate", predicate, Where.WORLD), names.guard("when", when))
@@ -271,20 +271,10 @@ def event_of(record: EventRecord, model: BehaviorModel, at_ns: int = 0) -> Event
             return PlanAnswered(ask, PlanStatus(status), names.operations(plan))
         case TimeRecord():
             return TimePassed()
-        case _:
-            return note_of(record, model, at_ns)
-
-
-def note_of(record: NoteRecord, model: BehaviorModel, at_ns: int = 0) -> Note:
-    """Return the note of a record; see `event_of`."""
-    resource = _names_for(record, model).resource(record.resource)
-    if isinstance(record, MessageRecord):
-        return MessageDisturbed(at_ns, record.request, resource, record.message, record.copies)
-    return ResourceChanged(at_ns, NETWORK, resource, record.condition)
-
-
-def _names_for(record: EventRecord, model: BehaviorModel) -> ModelNames:
-    return ModelNames(model, f"`{record.__struct_config__.tag}`")
+        case MessageRecord(request, resource, message, copies):
+            return MessageDisturbed(at_ns, request, names.resource(resource), message, copies)
+        case ResourceRecord(resource, condition):
+            return ResourceChanged(at_ns, NETWORK, names.resource(resource), condition)
 
 
 def _injection_of(record: InjectionRecord, names: ModelNames) -> Injection:
