@@ -11,7 +11,7 @@ from scbm.cases import Case, RecordedGoal
 from scbm.closing import CloseLimits, Closer
 from scbm.closing.closing_files import write_output
 from scbm.files import load_model, read_case, write_case, write_model
-from scbm.model import BehaviorModel, PlanSet
+from scbm.model import BehaviorModel, RunPlans
 from scbm.planning import model_with_plans
 from scbm.testing import RandomCases, Tester, draw_network, load_suite
 from support.opened_models import opened
@@ -28,7 +28,7 @@ CLOSED = (2, 9, 18, 47, 49, 35, 43, 58, 59, 67)[: share(10, least=2)]
 def model_of(number: int) -> BehaviorModel:
     """A random model; every third draws its plans from all shortest ones."""
     model = random_model(number)
-    return model if number % 3 else model_with_plans(PlanSet.SHORTEST, model)
+    return model if number % 3 else model_with_plans(RunPlans.DRAWN, model)
 
 
 def saved_cases(model: BehaviorModel) -> list[Case]:

@@ -292,9 +292,9 @@ class _Explorer:
     def _all_plans(self, asked: AskPlan, answer: Solved) -> tuple[tuple[str, ...], ...]:
         """The plans of the set, the canonical one first."""
         found = {answer.plan: None}
-        if self._plans is not PlanSet.CANONICAL:
+        if self._plans is PlanSet.ANY:
             task = self._planner.task(asked.goal)
-            most = len(answer.plan) + (_DETOUR if self._plans is PlanSet.ANY else 0)
+            most = len(answer.plan) + _DETOUR
             is_goal = self._planner.problem(asked.goal).is_goal
             todo: list[tuple[tuple[int, ...], tuple[str, ...]]] = [((task.pack(asked.state),), ())]
             while todo and len(found) < _MAX_PLANS:

@@ -35,11 +35,11 @@ operations:
 )
 
 
-def two_robots_text(plans: str = "shortest", more: str = "", goals: str = "  served: box == table\n") -> str:
+def two_robots_text(plans: str = "drawn", more: str = "", goals: str = "  served: box == table\n") -> str:
     """The text of the model; `plans` are those that it declares, `more` is added to its operations."""
     return f"{_TEXT}{more}goals:\n{goals}runs: {{goals: single, plans: {plans}}}\n"
 
 
-def two_robots(plans: str = "shortest", more: str = "", goals: str = "  served: box == table\n") -> BehaviorModel:
+def two_robots(plans: str = "drawn", more: str = "", goals: str = "  served: box == table\n") -> BehaviorModel:
     """The model; arguments as in `two_robots_text`."""
     return read_model(two_robots_text(plans, more, goals))

@@ -40,7 +40,7 @@ from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_by_
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
-from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, Slug, State
+from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug, State
 from scbm.model.distinguished_values import distinguished_groups
 from scbm.model.sources import free_groups, outside_groups
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
@@ -114,7 +114,7 @@ class Closer:
         self._progress = self._interruption.checked(progress or (lambda _: None))
         self._plans = CasePlans(model)
         # Cases are searched for under canonical plans, which do not depend on what is changed in a case.
-        self._tester = Tester(model_with_plans(PlanSet.CANONICAL, model), plans=self._plans)
+        self._tester = Tester(model_with_plans(RunPlans.CANONICAL, model), plans=self._plans)
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], TriedVisits] = {}
         self._suggestion_states = 0
@@ -268,7 +268,7 @@ class Closer:
             found = self._searched(runs, left, never, sampled, short=short)
             found += self._by_force(suite, runs, missing, never, [*found, *sampled], search, short=short)
         found += _helpful(search.found if self.is_interrupted else sampled, missing & ~Merit.of(found).freely)
-        if self.model.runs.plans is PlanSet.SHORTEST:
+        if self.model.runs.plans is RunPlans.DRAWN:
             with self._stage(Stage.SEARCH):
                 found += self._with_other_plans(tuple(found), missing & ~never)
         if missing & ~never & ~Merit.of(found).visited and runs.stopped is not None and not self.is_interrupted:
@@ -494,7 +494,7 @@ class Closer:
             self._interrupt(Stage.GRAPH)
             return explored_for_proofs(self.model, None, self._progress, missing, known)
         left = reduce(and_, (each.visited | each.cut_off for each in found), missing)
-        if self._has_classes and left and not any(each.plans is self.model.runs.plans for each in found):
+        if self._has_classes and left and not any(each.plans is self.model.runs.proved_plans for each in found):
             reason = (
                 f"runs in which inputs take all of their values can be in more than {limits.situations:,} situations"
             )
@@ -640,10 +640,9 @@ def _what_stopped(runs: AllRuns, others: Iterable[AllRuns], bit: int) -> str:
             f"`{runs.other_planner}` were not explored: `--planner {DEFAULT_PLANNER}` explores all runs"
         )
     is_visited = any((each.visited | each.cut_off) & bit for each in (runs, *others))
-    if not is_visited and runs.stopped is None and runs.model.runs.plans is PlanSet.SHORTEST:
+    if not is_visited and runs.stopped is None and runs.model.runs.plans is RunPlans.DRAWN:
         return (
-            "no case that visits it was found, and no proof excludes it under other shortest plans: random cases draw "
-            "such plans"
+            "no case that visits it was found, and no proof about any plans excludes it: random cases draw their plans"
         )
     if is_visited:
         return f"some runs visit it, but no case that was tried has such a run; {_what_would_help(runs.goals)}"

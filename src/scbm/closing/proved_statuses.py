@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
 from scbm.cases.coverage.assumptions import assumptions
-from scbm.model import GoalOrder, PlanSet
+from scbm.model import GoalOrder
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -29,9 +29,7 @@ def assumed_by(certificates: Iterable[Certificate], model: BehaviorModel) -> tup
     """Return what sound certificates of a model assume, one sentence each; none without certificates."""
     known = tuple(certificates)
     goals = GoalOrder.SINGLE if any(each.goals is GoalOrder.SINGLE for each in known) else GoalOrder.SEQUENCE
-    excluding = [each.plans for each in known if not each.is_for_any_plan]
-    plans = PlanSet.CANONICAL if PlanSet.CANONICAL in excluding else PlanSet.SHORTEST
-    return assumptions(model, [proved_status(each) for each in known], goals, plans)
+    return assumptions(model, [proved_status(each) for each in known], goals)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from scbm.model.behavior import (
     PlanSet,
     Rate,
     RateKind,
+    RunPlans,
     RunsDeclaration,
     Waiver,
 )
@@ -136,6 +137,7 @@ __all__ = [
     "RequirementForm",
     "Resource",
     "Role",
+    "RunPlans",
     "RunsDeclaration",
     "Scalar",
     "ScbmError",

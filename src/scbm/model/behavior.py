@@ -176,13 +176,20 @@ class GoalOrder(StrEnum):
     """Goals of the model follow each other in any order, each from the state in which the last run ended."""
 
 
+class RunPlans(StrEnum):
+    """The plans of random cases (semantics 4.4)."""
+
+    CANONICAL = "canonical"
+    """Those of the planner."""
+    DRAWN = "drawn"
+    """Drawn from all shortest plans."""
+
+
 class PlanSet(StrEnum):
-    """A set of plans: those that runs may get (semantics 4.4), and those that a proof is about (semantics 9.3)."""
+    """The plans of the runs that a proof is about (semantics 9.3)."""
 
     CANONICAL = "canonical"
     """The plan of the canonical planner."""
-    SHORTEST = "shortest"
-    """Any shortest plan."""
     ANY = "any"
     """Any sequence of operations that leads, by the planner's rules, from the state planned in to the goal."""
 
@@ -193,11 +200,16 @@ class RunsDeclaration:
 
     Attributes:
         goals: how many goals follow each other without a new beginning.
-        plans: the plans that a run may get: `CANONICAL`, or `SHORTEST` for plans that are drawn (semantics 4.4).
+        plans: the plans of random cases.
     """
 
     goals: GoalOrder = GoalOrder.SEQUENCE
-    plans: PlanSet = PlanSet.CANONICAL
+    plans: RunPlans = RunPlans.CANONICAL
+
+    @property
+    def proved_plans(self) -> PlanSet:
+        """The plans that proofs about all runs are about: any plans where they are drawn."""
+        return PlanSet.ANY if self.plans is RunPlans.DRAWN else PlanSet.CANONICAL
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model import Assign, Constant, OperationState, PlanSet
+from scbm.model import Assign, Constant, OperationState, RunPlans
 from scbm.mutation.mutants import MutatedPart, SubjectKind
 from scbm.planning import Solved
 from scbm.running.micro_steps import next_automatic
@@ -132,7 +132,7 @@ class RunDifferences:
         questions = self._evaluations.questions[number]
         if not questions:
             return False
-        if self._original.model.runs.plans is PlanSet.SHORTEST or self._evaluations.with_plans >> number & 1:
+        if self._original.model.runs.plans is RunPlans.DRAWN or self._evaluations.with_plans >> number & 1:
             return True
         return any(self._has_other_answer(question, tester) for question in questions)
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from scbm.planning.planner import PlanCache, Planner, PlanSource, recorded_answer
     from scbm.planning.planners import (
         DEFAULT_PLANNER,
-        DRAWN_SHORTEST,
+        DRAWN_PLANS,
         PLANNERS,
         PlanFunction,
         PlannerEntry,
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_PLANNER",
-    "DRAWN_SHORTEST",
+    "DRAWN_PLANS",
     "PLANNERS",
     "Answer",
     "DrawnPlans",
@@ -86,7 +86,7 @@ __getattr__ = lazy_exports(
         "plan_search": "Reach explore",
         "planner": "PlanCache Planner PlanSource recorded_answer",
         "planners": (
-            "DEFAULT_PLANNER DRAWN_SHORTEST PLANNERS PlanFunction PlannerEntry PlanProblem model_planned_by "
+            "DEFAULT_PLANNER DRAWN_PLANS PLANNERS PlanFunction PlannerEntry PlanProblem model_planned_by "
             "model_with_plans planner_of planner_of_random_runs"
         ),
         "planning_task": "Task system_of",

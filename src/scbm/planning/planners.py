@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.model import PlannerIdentity, PlanSet
+from scbm.model import PlannerIdentity, RunPlans
 from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable, always
 from scbm.planning.plan_search import brief_answer, search_plan
 
@@ -158,23 +158,23 @@ def planner_of(model: BehaviorModel) -> PlannerIdentity:
 def planner_of_random_runs(model: BehaviorModel) -> PlannerIdentity:
     """Return what makes the plans of random cases, as traces and stores record it: `planner_of`, or draws."""
     planner = planner_of(model)
-    is_drawn = model.runs.plans is PlanSet.SHORTEST
-    return replace(planner, name=DRAWN_SHORTEST, version=_DRAWING_VERSION) if is_drawn else planner
+    is_drawn = model.runs.plans is RunPlans.DRAWN
+    return replace(planner, name=DRAWN_PLANS, version=_DRAWING_VERSION) if is_drawn else planner
 
 
-def model_with_plans(plans: PlanSet, model: BehaviorModel) -> BehaviorModel:
-    """Return the model whose random cases have these plans: `CANONICAL` or `SHORTEST`."""
+def model_with_plans(plans: RunPlans, model: BehaviorModel) -> BehaviorModel:
+    """Return the model whose random cases have these plans."""
     return replace(model, runs=replace(model.runs, plans=plans))
 
 
 def model_planned_by(planner: PlannerIdentity, model: BehaviorModel) -> BehaviorModel:
     """Return the model with the planner of a recorded run, and with plans that are drawn if those of the run were."""
-    is_drawn = planner.name == DRAWN_SHORTEST
-    model = model_with_plans(PlanSet.SHORTEST if is_drawn else PlanSet.CANONICAL, model)
+    is_drawn = planner.name == DRAWN_PLANS
+    model = model_with_plans(RunPlans.DRAWN if is_drawn else RunPlans.CANONICAL, model)
     return replace(model, planner=replace(planner, name=DEFAULT_PLANNER).choice if is_drawn else planner.choice)
 
 
-DRAWN_SHORTEST = "shortest"
+DRAWN_PLANS = "drawn"
 """The name that traces, cases and stores give to plans drawn from all shortest ones; no planner has this name."""
 
 _DRAWING_VERSION = "1"

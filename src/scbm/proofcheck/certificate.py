@@ -103,7 +103,7 @@ class Situation:
         values: of the variables of the argument, in their order. `current.name`, `current.state` and `plan.state` are
             among them; the other operation states follow from these.
         queue: what is left of the plan after the current operation; if `awaits` is `PLAN`, the plan that will be the
-            answer. For canonical plans these are its operations, and `None` if none is left. For a set of plans it is
+            answer. For canonical plans these are its operations, and `None` if none is left. For any plans it is
             the state from which the rest starts, by the planner's rules: the values of the variables in `planned` of
             its `GoalRuns`.
         in_flight: the resources with a pending request, in the order of their requests.
@@ -123,7 +123,7 @@ class GoalRuns:
     Attributes:
         goal: its name.
         situations: all of them, each once.
-        planned: for a set of plans, the variables on which plans to the goal depend; empty for canonical plans.
+        planned: for any plans, the variables on which plans to the goal depend; empty for canonical plans.
     """
 
     goal: str

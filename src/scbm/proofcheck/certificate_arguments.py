@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from scbm.model import FIRST_PLANNER, GoalOrder, PlanSet
+from scbm.model import FIRST_PLANNER, GoalOrder, PlanSet, RunPlans
 from scbm.proofcheck.certificate import (
     Awaits,
     CertificateFlaw,
@@ -108,29 +108,29 @@ def _write_values(argument: ValuesArgument) -> list[str]:
 
 def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgument:
     goals, plans = GoalOrder(document["goals"]), PlanSet(document["plans"])
-    is_of_set = plans is not PlanSet.CANONICAL
+    is_of_states = plans is PlanSet.ANY
 
     def situation(value: object, path: JsonPath) -> Situation:
-        return _read_situation(parts, value, path, is_of_set=is_of_set)
+        return _read_situation(parts, value, path, is_of_states=is_of_states)
 
     def runs(value: object, path: JsonPath) -> GoalRuns:
-        read = parts.keys(value, ("goal", *(["planned"] if is_of_set else []), "situations"), path)
+        read = parts.keys(value, ("goal", *(["planned"] if is_of_states else []), "situations"), path)
         situations = parts.each(read["situations"], (*path, "situations"), situation)
-        planned = parts.words(read["planned"], (*path, "planned")) if is_of_set else ()
+        planned = parts.words(read["planned"], (*path, "planned")) if is_of_states else ()
         return GoalRuns(parts.word(read["goal"], (*path, "goal")), situations, planned)
 
     variables = parts.words(document["variables"], ("variables",))
     return RunsArgument(variables, parts.each(document["runs"], ("runs",), runs), goals, plans)
 
 
-def _read_situation(parts: CertificateParts, value: object, path: JsonPath, *, is_of_set: bool) -> Situation:
+def _read_situation(parts: CertificateParts, value: object, path: JsonPath, *, is_of_states: bool) -> Situation:
     if not isinstance(value, list) or not _MIN_PARTS <= len(value) <= _MAX_PARTS:
         parts.refuse(path, "a situation is a list of values, queue, requests in flight, and the awaited thing")
     values = parts.values(value[0], (*path, 0))
     queue: Queue = None
-    if is_of_set and value[1] is not None:
+    if is_of_states and value[1] is not None:
         queue = parts.values(value[1], (*path, 1))
-    elif not is_of_set:
+    elif not is_of_states:
         queue = parts.words(value[1], (*path, 1)) or None
     in_flight = parts.words(value[2], (*path, 2))
     if len(value) < _MAX_PARTS:
@@ -141,20 +141,20 @@ def _read_situation(parts: CertificateParts, value: object, path: JsonPath, *, i
 
 
 def _write_runs(argument: RunsArgument) -> list[str]:
-    is_of_set = argument.plans is not PlanSet.CANONICAL
-    goals = (_runs_text(runs, is_of_set=is_of_set) for runs in argument.runs)
+    is_of_states = argument.plans is PlanSet.ANY
+    goals = (_runs_text(runs, is_of_states=is_of_states) for runs in argument.runs)
     return [f'"variables": {json_text(argument.variables)}', f'"runs": {json_list(goals)}']
 
 
-def _runs_text(runs: GoalRuns, *, is_of_set: bool) -> str:
-    planned = f', "planned": {json_text(runs.planned)}' if is_of_set else ""
-    situations = (_situation_text(situation, is_of_set=is_of_set) for situation in runs.situations)
+def _runs_text(runs: GoalRuns, *, is_of_states: bool) -> str:
+    planned = f', "planned": {json_text(runs.planned)}' if is_of_states else ""
+    situations = (_situation_text(situation, is_of_states=is_of_states) for situation in runs.situations)
     return f'{{"goal": {json_text(runs.goal)}{planned}, "situations": {json_list(situations)}}}'
 
 
-def _situation_text(situation: Situation, *, is_of_set: bool) -> str:
+def _situation_text(situation: Situation, *, is_of_states: bool) -> str:
     """Return the values, the queue, the requests in flight, and what the situation awaits, if anything."""
-    queue = situation.queue if is_of_set else situation.queue or ()
+    queue = situation.queue if is_of_states else situation.queue or ()
     parts: list[object] = [situation.values, queue, situation.in_flight]
     if situation.awaits is not Awaits.NOTHING:
         parts.append(situation.awaits.value)
@@ -211,15 +211,15 @@ def _flaws_of_planner(certificate: Certificate, model: BehaviorModel) -> list[Ce
     if certificate.goals is GoalOrder.SINGLE and model.runs.goals is GoalOrder.SEQUENCE:
         reason = "it is about runs with one goal each, and goals of the model follow each other: write `goals: single`"
         flaws.append(CertificateFlaw("the goals", f"{reason} under `runs:` if they do not"))
-    if certificate.plans is not PlanSet.CANONICAL and certificate.planner is not None:
-        flaws.append(CertificateFlaw("the planner", f"its plans are `{certificate.plans}`, so it must be `null`"))
     if certificate.is_for_any_plan:
+        if certificate.planner is not None:
+            flaws.append(CertificateFlaw("the planner", f"its plans are `{certificate.plans}`, so it must be `null`"))
         return flaws
-    if certificate.plans is PlanSet.CANONICAL and model.runs.plans is PlanSet.SHORTEST:
-        reason = "it is about canonical plans, and runs of the model get any shortest ones: close the model again"
-        flaws.append(CertificateFlaw("the plans", f"{reason}, or leave out `plans: shortest` under `runs:`"))
+    if model.runs.plans is RunPlans.DRAWN:
+        reason = "it is about canonical plans, and plans of the model are drawn: close the model again"
+        flaws.append(CertificateFlaw("the plans", f"{reason}, or leave out `plans: drawn` under `runs:`"))
     known, used = FIRST_PLANNER.name, model.planner.name or FIRST_PLANNER.name
-    if certificate.plans is PlanSet.CANONICAL and certificate.planner != FIRST_PLANNER:
+    if certificate.planner != FIRST_PLANNER:
         flaws.append(CertificateFlaw("the planner", f"claims about its runs are checked for `{FIRST_PLANNER}` alone"))
     if used != known:
         flaws.append(CertificateFlaw("the planner", f"the runs of the model are planned by `{used}`"))

@@ -1,15 +1,14 @@
 """The checker's own planner: canonical plans by search over named states (semantics 4), and the plans of proofs (9.3).
 
 It shares no code with `scbm.planning`, so a fault there cannot make a wrong certificate look sound. It is slower and
-has no heuristics, no packed states and no distances; it memoizes successors and answers instead.
+has no heuristics and no packed states; it memoizes successors and answers instead.
 
-Of canonical plans the operations that are left are known. Of the other sets it is known from which state, by the
-planner's rules, the rest of a plan starts; which operations follow is decided one by one, by distances from the goal.
+Of canonical plans the operations that are left are known. Of any plans it is known from which state, by the planner's
+rules, the rest of a plan starts; which operations follow is decided one by one: the goal can be reached after them.
 """
 
 from __future__ import annotations
 
-import heapq
 from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
@@ -202,7 +201,7 @@ class CheckedPlans(Protocol):
 
 def plans_of(plan_set: PlanSet, model: BehaviorModel, goal: Predicate) -> CheckedPlans:
     """Return the plans of a set."""
-    return CanonicalPlans(model, goal) if plan_set is PlanSet.CANONICAL else PlansByDistance(plan_set, model, goal)
+    return CanonicalPlans(model, goal) if plan_set is PlanSet.CANONICAL else AnyPlans(model, goal)
 
 
 class CanonicalPlans:
@@ -228,14 +227,13 @@ class CanonicalPlans:
         return map(str, queue or ())
 
 
-class PlansByDistance:
-    """The shortest plans, or any plans, to one goal."""
+class AnyPlans:
+    """Any plans to one goal."""
 
-    def __init__(self, plan_set: PlanSet, model: BehaviorModel, goal: Predicate) -> None:
+    def __init__(self, model: BehaviorModel, goal: Predicate) -> None:
         self._states = PlannedStates(model, goal)
         self.names = self._states.names
-        self._is_shortest = plan_set is PlanSet.SHORTEST
-        self._distances: dict[WorldState, int | None] = {}
+        self._reaches_goal: dict[WorldState, bool] = {}
         self._queued_from: dict[WorldState, None] = {}
 
     def answer(self, values: Mapping[str, Value]) -> PlansAnswer:
@@ -243,21 +241,15 @@ class PlansByDistance:
         start = self._states.start(values)
         if not self._know(start):
             return PlanningLimitReached()
-        return NoPlanExists() if self._distances[start] is None else PlansFound(start)
+        return PlansFound(start) if self._reaches_goal[start] else NoPlanExists()
 
     def following(self, queue: Queue) -> Sequence[Following]:
         """Return everything that can follow in the plans."""
         if queue is None or not self._know(queue):
             return ()
-        distance = self._distances[queue]
-        if distance is None:
-            return ()
-        found: list[Following] = []
-        for operation, after in self._states.successors(queue):
-            left = self._distances[after]
-            if left is not None and (not self._is_shortest or left == distance - 1):
-                found.append((operation, after))
-        return (*found, (None, None)) if distance == 0 else tuple(found)
+        following = self._states.successors(queue)
+        found: list[Following] = [(operation, after) for operation, after in following if self._reaches_goal[after]]
+        return (*found, (None, None)) if self._states.is_goal(queue) else tuple(found)
 
     def queued(self, queue: Queue) -> Iterator[str]:
         """Yield the operations of the plans that no earlier call has yielded for the same states."""
@@ -273,8 +265,8 @@ class PlansByDistance:
                     todo.append(rest)
 
     def _know(self, start: WorldState) -> bool:
-        """Return whether the distances from `start` on are known; compute them unless that takes too many states."""
-        if start in self._distances:
+        """Return whether it is known which states after `start` reach the goal; search within the limit."""
+        if start in self._reaches_goal:
             return True
         before: dict[WorldState, list[WorldState]] = {start: []}
         todo = [start]
@@ -283,31 +275,23 @@ class PlansByDistance:
             for _, after in self._states.successors(state):
                 if after not in before:
                     before[after] = []
-                    if after not in self._distances:
+                    if after not in self._reaches_goal:
                         todo.append(after)
                 before[after].append(state)
             if len(before) > MAX_PLANNING_STATES:
                 return False
-        self._measure(before)
+        self._mark(before)
         return True
 
-    def _measure(self, before: Mapping[WorldState, Sequence[WorldState]]) -> None:
-        """Set the distances of new states; `before` has the predecessors of each, and of known states that follow."""
-        found: dict[WorldState, int] = {}
-        near: list[tuple[int, int, WorldState]] = []
-        for number, state in enumerate(before):
-            known = self._distances.get(state)
-            if known is not None or (state not in self._distances and self._states.is_goal(state)):
-                near.append((known or 0, number, state))
-        heapq.heapify(near)
-        number = len(before)
-        while near:
-            distance, _, state = heapq.heappop(near)
-            if state in found:
-                continue
-            found[state] = distance
-            for other in before[state]:
-                number += 1
-                heapq.heappush(near, (distance + 1, number, other))
+    def _mark(self, before: Mapping[WorldState, Sequence[WorldState]]) -> None:
+        """Note which states reach the goal; `before` has the predecessors of each, and of known states that follow."""
+        known = self._reaches_goal
+        todo = [state for state in before if (known[state] if state in known else self._states.is_goal(state))]
+        found = dict.fromkeys(todo)
+        while todo:
+            for state in before[todo.pop()]:
+                if state not in found:
+                    found[state] = None
+                    todo.append(state)
         for state in before:
-            self._distances.setdefault(state, found.get(state))
+            known.setdefault(state, state in found)

@@ -12,7 +12,7 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.model import FIRST_PLANNER, PlannerIdentity, format_duration
-from scbm.planning import DRAWN_SHORTEST
+from scbm.planning import DRAWN_PLANS
 from scbm.reports.figure_table import counted, shown_path
 from scbm.store import Written
 from scbm.testing import FailureKind
@@ -99,6 +99,9 @@ def again(stored: StoredCase, model_file: str, runs: Sequence[StoredRun]) -> str
     return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{options}"
 
 
+_DRAWN = re.compile(r"""\bplans["']?\s*:\s*["']?drawn\b""")
+"""Found in the text of a model that declares drawn plans."""
+
 _PLANS = re.compile(r"^plans\b", re.MULTILINE)
 """Found in the text of a case with recorded answers of a planner."""
 
@@ -110,8 +113,8 @@ def _planner_options(run: StoredRun, prefix: str = "--", more: str = "") -> str:
     text `more` of a case.
     """
     planner = PlannerIdentity.parse(run.planner)
-    is_drawn, declares = planner.name == DRAWN_SHORTEST, DRAWN_SHORTEST in run.source.text
-    plans = [("plans", DRAWN_SHORTEST if is_drawn else FIRST_PLANNER.name)] if is_drawn != declares else []
+    is_drawn, declares = planner.name == DRAWN_PLANS, bool(_DRAWN.search(run.source.text))
+    plans = [("plans", DRAWN_PLANS if is_drawn else FIRST_PLANNER.name)] if is_drawn != declares else []
     planner = replace(planner, name=FIRST_PLANNER.name) if is_drawn else planner
     if planner.words == FIRST_PLANNER.name and "planner" not in run.source.text + more:
         options = plans

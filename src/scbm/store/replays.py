@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from scbm.cases import Network
 from scbm.files import Scope, digest_of, parse_requirement, read_case, read_network, write_case, write_network
 from scbm.model import InputError, PlannerIdentity, Requirement
-from scbm.planning import DEFAULT_PLANNER, DRAWN_SHORTEST, PLANNERS, model_planned_by
+from scbm.planning import DEFAULT_PLANNER, DRAWN_PLANS, PLANNERS, model_planned_by
 from scbm.store.history import Drawn, Written, unpacked_log
 from scbm.testing import RandomCases, Tester
 
@@ -108,7 +108,7 @@ class Replays:
     def _is_planned_elsewhere(self, stored: StoredCase) -> bool:
         """Return whether another program made the plans of a case, and the case does not have them."""
         name = PlannerIdentity.parse(self._runs[stored.run].planner).name
-        entry = PLANNERS.get(DEFAULT_PLANNER if name == DRAWN_SHORTEST else name)  # drawn plans are drawn again
+        entry = PLANNERS.get(DEFAULT_PLANNER if name == DRAWN_PLANS else name)  # drawn plans are drawn again
         return (entry is None or entry.is_external) and not self.case(stored).plans
 
     def _of_log(self, stored: StoredCase) -> Execution | None:

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scbm.files import suggestion
-from scbm.model import Diagnostic, InputError, Place, PlannerChoice, PlanSet, Slug
-from scbm.planning import DEFAULT_PLANNER, DRAWN_SHORTEST, PLANNERS, model_planned_by, model_with_plans
+from scbm.model import Diagnostic, InputError, Place, PlannerChoice, RunPlans, Slug
+from scbm.planning import DEFAULT_PLANNER, DRAWN_PLANS, PLANNERS, model_planned_by, model_with_plans
 
 if TYPE_CHECKING:
     from scbm.cases import Case
@@ -18,14 +18,14 @@ def refuse_unknown_planner(name: str | None, prefix: str) -> None:
     """Raise `InputError` if there is no planner of a name; `prefix` is that of the options, such as `--`."""
     if name is not None and name not in PLANNERS:
         remedy = suggestion(name, PLANNERS, "the planners are")
-        if name == DRAWN_SHORTEST:
-            remedy = "to draw plans from all shortest ones, declare `runs: {plans: shortest}` in the model"
+        if name == DRAWN_PLANS:
+            remedy = "to draw plans from all shortest ones, declare `runs: {plans: drawn}` in the model"
         place = Place(f"{prefix}planner", 1, 1, max(1, len(name)))
         raise InputError([Diagnostic(Slug.UNKNOWN_PLANNER, f"there is no planner `{name}`", place, remedy, name)])
 
 
 def override_planner(
-    model: BehaviorModel, wanted: PlannerChoice, prefix: str = "--", plans: PlanSet | None = None
+    model: BehaviorModel, wanted: PlannerChoice, prefix: str = "--", plans: RunPlans | None = None
 ) -> BehaviorModel:
     """Return the model with the planner, the limits and the plans of a command line, where it names them.
 
@@ -55,7 +55,7 @@ def override_planner(
     return replace(model, planner=PlannerChoice(choice.name, length, expanded))
 
 
-def _refuse_draws(model: BehaviorModel, planner: str | None, prefix: str, plans: PlanSet | None) -> None:
+def _refuse_draws(model: BehaviorModel, planner: str | None, prefix: str, plans: RunPlans | None) -> None:
     """Raise `InputError` if plans are to be drawn from all shortest ones under a planner that knows no lengths.
 
     Args:
@@ -65,14 +65,14 @@ def _refuse_draws(model: BehaviorModel, planner: str | None, prefix: str, plans:
         plans: the plans of the command line; `None` leaves them to the model.
     """
     name = planner or model.planner.name or DEFAULT_PLANNER
-    if name == DEFAULT_PLANNER or (plans or model.runs.plans) is not PlanSet.SHORTEST:
+    if name == DEFAULT_PLANNER or (plans or model.runs.plans) is not RunPlans.DRAWN:
         return
     where = "" if planner is not None else ", which the model names"
     message = f"plans are drawn from shortest ones with the planner `{DEFAULT_PLANNER}` alone, not with `{name}`{where}"
     option = "planner" if plans is None else "plans"
     remedy = f"add `{prefix}planner {DEFAULT_PLANNER}`" if planner is None else "leave out one of the two options"
     if plans is None:
-        message = f"the model declares `plans: shortest`, and {message}"
+        message = f"the model declares `plans: drawn`, and {message}"
         remedy = f"leave out `{prefix}planner`" + (", or add `--plans canonical`" if prefix == "--" else "")
     raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(f"{prefix}{option}"), remedy)])
 

@@ -19,7 +19,7 @@ from scbm.cases.trace import (
     ranges_of_goals,
     sentence_of,
 )
-from scbm.model import InitialStates, PlanSet, format_moment
+from scbm.model import InitialStates, RunPlans, format_moment
 from scbm.planning import (
     PLANNERS,
     DrawnPlans,
@@ -375,7 +375,7 @@ class Tester:
             return log.planner
         if case.plans and case.recorded is not None:
             return case.recorded.planner
-        if case.plans and self.model.runs.plans is PlanSet.SHORTEST:
+        if case.plans and self.model.runs.plans is RunPlans.DRAWN:
             return planner_of_random_runs(self.model)
         return self._simulator.planner.identity
 
@@ -409,7 +409,7 @@ class Tester:
 
     def _plans_of(self, case: Case, preferred: Sequence[RecordedPlan]) -> PlanSource | None:
         """Return what decides about plans beside the planner; `None` if the planner or the case decides alone."""
-        if self.model.runs.plans is not PlanSet.SHORTEST or case.plans:
+        if self.model.runs.plans is not RunPlans.DRAWN or case.plans:
             return None
         if case.origin is not None:
             return DrawnPlans(self._shortest, draw_plans(case.origin))

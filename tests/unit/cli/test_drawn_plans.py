@@ -1,4 +1,4 @@
-"""`--plans` and `runs: {plans: shortest}` on the command line: what draws and what is refused, and repeated runs."""
+"""`--plans` and `runs: {plans: drawn}` on the command line: what draws and what is refused, and repeated runs."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ def test_random_cases_use_both_robots_if_the_model_or_the_option_draws_plans(
     run = ("run", "--goal", "served", "--seed", 1)
     assert _second(scbm(run[0], drawn, *run[1:]).out)
     assert not _second(scbm(run[0], canonical, *run[1:]).out)
-    assert _second(scbm(run[0], canonical, *run[1:], "--plans", "shortest").out)
+    assert _second(scbm(run[0], canonical, *run[1:], "--plans", "drawn").out)
     assert not _second(scbm(run[0], drawn, *run[1:], "--plans", "canonical").out)
     figures = [
         json.loads(scbm("test", file, "--cases", 10, "--json", *more).out)["coverage"]["visited"]
-        for file, more in ((canonical, ()), (drawn, ()), (canonical, ("--plans", "shortest")))
+        for file, more in ((canonical, ()), (drawn, ()), (canonical, ("--plans", "drawn")))
     ]
     assert figures == [4, 8, 8]
 
@@ -56,10 +56,10 @@ def test_random_cases_use_both_robots_if_the_model_or_the_option_draws_plans(
 @pytest.mark.parametrize(
     "wrong",
     [
-        (("--plans", "any"), "--plans:1:1", "write `canonical` or `shortest`"),
+        (("--plans", "any"), "--plans:1:1", "write `canonical` or `drawn`"),
         (("--planner", "greedy"), "--planner", "leave out `--planner`, or add `--plans canonical`"),
-        (("--planner", "greedy", "--plans", "shortest"), "--plans", "leave out one of the two options"),
-        (("--planner", "shortest"), "--planner:1:1", "declare `runs: {plans: shortest}`"),
+        (("--planner", "greedy", "--plans", "drawn"), "--plans", "leave out one of the two options"),
+        (("--planner", "drawn"), "--planner:1:1", "declare `runs: {plans: drawn}`"),
     ],
 )
 def test_wrong_plans_are_refused_with_a_remedy(
@@ -84,11 +84,11 @@ def test_plans_cannot_be_drawn_with_the_planner_of_a_model(
 ) -> None:
     file = tmp_path / "greedy.yaml"
     file.write_text(f"{two_robots_text('canonical')}planner: greedy\n", encoding="utf-8")
-    ran = scbm("test", file, "--plans", "shortest")
+    ran = scbm("test", file, "--plans", "drawn")
     assert ran.code == 2
     assert "add `--planner canonical`" in ran.err
     wording(ran.err)
-    assert scbm("test", file, "--plans", "shortest", "--planner", "canonical", "--cases", 1).code == 0
+    assert scbm("test", file, "--plans", "drawn", "--planner", "canonical", "--cases", 1).code == 0
 
 
 def test_a_plan_of_scbm_plan_is_never_drawn(drawn: Path, scbm: Callable[..., Any]) -> None:
@@ -99,11 +99,11 @@ def test_a_plan_of_scbm_plan_is_never_drawn(drawn: Path, scbm: Callable[..., Any
 @pytest.mark.slow
 def test_saved_cases_are_replayed_with_their_plans(canonical: Path, tmp_path: Path, scbm: Callable[..., Any]) -> None:
     saved = tmp_path / "saved"
-    assert scbm("test", canonical, "--cases", 6, "--plans", "shortest", "--save", saved).code == 0
+    assert scbm("test", canonical, "--cases", 6, "--plans", "drawn", "--save", saved).code == 0
     for file in sorted(saved.iterdir()):
         text = file.read_text(encoding="utf-8")
-        assert "with --plans shortest" in text
-        assert "planner: shortest 1" in text
+        assert "with --plans drawn" in text
+        assert "planner: drawn 1" in text
         (plan,) = read_case(text, load_model(canonical)).plans
         ran = scbm("replay", file)
         assert (ran.code, _second(ran.out)) == (0, "pick_2" in plan.plan)
@@ -116,7 +116,7 @@ def test_saved_cases_are_replayed_with_their_plans(canonical: Path, tmp_path: Pa
 def test_a_failure_is_repeated_by_the_command_of_the_report(
     canonical: Path, tmp_path: Path, scbm: Callable[..., Any]
 ) -> None:
-    arguments = ("--cases", 6, "--plans", "shortest", "--require", "never box == held_2", "--failures", tmp_path / "f")
+    arguments = ("--cases", 6, "--plans", "drawn", "--require", "never box == held_2", "--failures", tmp_path / "f")
     ran = scbm("test", canonical, *arguments)
     again = shlex.split(ran.out.partition("again: ")[2].splitlines()[0])
     assert again[1] == "replay"
@@ -124,7 +124,7 @@ def test_a_failure_is_repeated_by_the_command_of_the_report(
     assert (repeated.code, _second(repeated.out)) == (1, True)
     ran = scbm("test", canonical, *arguments, "--no-shrink")
     again = shlex.split(ran.out.partition("again: ")[2].splitlines()[0])
-    assert again[-4:] == ["--plans", "shortest", "--require", "never box == held_2"]
+    assert again[-4:] == ["--plans", "drawn", "--require", "never box == held_2"]
     repeated = scbm(*again[1:])
     assert (repeated.code, _second(repeated.out)) == (1, True)
 
@@ -134,18 +134,18 @@ def test_a_store_draws_the_plans_of_a_random_case_again(
 ) -> None:
     store = tmp_path / "runs.db"
     require = ("--require", "never box == held_2", "--no-shrink")
-    scbm("test", canonical, "--cases", 6, "--plans", "shortest", "--store", store, *require)
+    scbm("test", canonical, "--cases", 6, "--plans", "drawn", "--store", store, *require)
     history = read_history(store)
     replays = Replays(history)
     for stored in history.cases:
         execution = replays.execute(stored)
         assert execution is not None
         assert execution.verdict.passed == stored.verdict.passed
-        assert str(execution.trace.planner) == "shortest 1"
-    assert [run.planner for run in history.runs] == ["shortest 1"]
+        assert str(execution.trace.planner) == "drawn 1"
+    assert [run.planner for run in history.runs] == ["drawn 1"]
     shown = scbm("report", store).out
     again = shlex.split(shown.partition("again: ")[2].splitlines()[0])
-    assert again[-4:-2] == ["--plans", "shortest"]
+    assert again[-4:-2] == ["--plans", "drawn"]
     repeated = scbm(*again[1:])
     assert (repeated.code, _second(repeated.out)) == (1, True)
 
@@ -160,7 +160,7 @@ def test_the_controller_of_a_cell_draws_for_random_cases(drawn: Path, tmp_path: 
     model = load_model(drawn)
     found = {path.name: open_event_log(path).read(model, digest_of(model)) for path in sorted(logs.iterdir())}
     assert str(found.pop("plain.log").planner) == "canonical 1"
-    assert {str(log.planner) for log in found.values()} == {"shortest 1"}
+    assert {str(log.planner) for log in found.values()} == {"drawn 1"}
     texts = [path.read_text(encoding="utf-8") for path in sorted(logs.iterdir())]
     assert {"pick_2" in text for text in texts} == {True, False}
 

@@ -17,6 +17,7 @@ from scbm.model import (
     PlannerIdentity,
     PlanSet,
     PlanState,
+    RunPlans,
     RunsDeclaration,
     Value,
 )
@@ -138,15 +139,12 @@ def situations(goals: GoalOrder, plans: PlanSet) -> Certificate:
         ("single", "any", RunsDeclaration(GoalOrder.SEQUENCE), None, ["the goals"]),
         ("sequence", "canonical", RunsDeclaration(GoalOrder.SEQUENCE), None, []),
         ("sequence", "canonical", RunsDeclaration(GoalOrder.SINGLE), None, []),
-        ("single", "canonical", RunsDeclaration(GoalOrder.SINGLE, PlanSet.SHORTEST), None, ["the plans"]),
-        ("single", "shortest", RunsDeclaration(GoalOrder.SINGLE, PlanSet.SHORTEST), None, []),
-        ("single", "shortest", RunsDeclaration(GoalOrder.SINGLE), None, []),
-        ("single", "any", RunsDeclaration(GoalOrder.SINGLE, PlanSet.SHORTEST), None, []),
+        ("single", "canonical", RunsDeclaration(GoalOrder.SINGLE, RunPlans.DRAWN), None, ["the plans"]),
+        ("single", "any", RunsDeclaration(GoalOrder.SINGLE, RunPlans.DRAWN), None, []),
         ("single", "canonical", RunsDeclaration(GoalOrder.SINGLE), "canonical", []),
         ("single", "canonical", RunsDeclaration(GoalOrder.SINGLE), "greedy", ["the planner"]),
-        ("single", "shortest", RunsDeclaration(GoalOrder.SINGLE), "greedy", ["the planner"]),
         ("single", "any", RunsDeclaration(GoalOrder.SINGLE), "greedy", []),
-        ("single", "shortest", RunsDeclaration(plans=PlanSet.SHORTEST), "greedy", ["the goals", "the planner"]),
+        ("single", "canonical", RunsDeclaration(), "greedy", ["the goals", "the planner"]),
     ],
 )
 def test_a_certificate_is_about_the_runs_of_the_model(  # noqa: PLR0913, PLR0917 - the parameters of the test

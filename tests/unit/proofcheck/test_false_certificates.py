@@ -226,7 +226,7 @@ FORGOTTEN = {
         lambda happening, _: happening.kind is HappeningKind.NEXT and happening.number == 1,
         "walk is next in the plan",
         "walk/executing",
-        plans=PlanSet.SHORTEST,
+        plans=PlanSet.ANY,
     ),
     "the end of a plan": Forgotten(
         cell(

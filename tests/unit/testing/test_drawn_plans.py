@@ -9,7 +9,7 @@ import pytest
 from scbm.cases import Case
 from scbm.cases.trace import BecameCurrent, write_trace
 from scbm.files import Scope, Where, parse_predicate, read_case, write_case
-from scbm.model import Always, BehaviorModel, InputError, Not, PlanSet, Requirement, Slug
+from scbm.model import Always, BehaviorModel, InputError, Not, Requirement, RunPlans, Slug
 from scbm.planning import model_planned_by, model_with_plans
 from scbm.testing import Execution, FailureKind, RandomCases, Shrinker, Tester
 from support.two_robots import two_robots
@@ -49,8 +49,8 @@ def test_the_same_seed_gives_the_same_bytes_whatever_ran_before() -> None:
 
 def test_traces_and_cases_name_the_planner() -> None:
     execution = _executions(DRAWN, 1)[0]
-    assert str(execution.trace.planner) == "shortest 1"
-    assert str(execution.recorded.planner) == "shortest 1"
+    assert str(execution.trace.planner) == "drawn 1"
+    assert str(execution.recorded.planner) == "drawn 1"
     assert str(_executions(CANONICAL, 1)[0].trace.planner) == "canonical 1"
 
 
@@ -68,13 +68,13 @@ def test_a_case_without_its_plans_draws_them_again_from_its_seed() -> None:
     for execution in _executions(DRAWN):
         open_case = replace(execution.recorded_case, plans=())
         model = model_planned_by(execution.recorded.planner, CANONICAL)
-        assert model.runs.plans is PlanSet.SHORTEST
+        assert model.runs.plans is RunPlans.DRAWN
         assert Tester(model).execute(open_case).digest == execution.digest
 
 
 def test_a_run_that_was_recorded_with_canonical_plans_is_replayed_with_these() -> None:
     execution = _executions(CANONICAL, 1)[0]
-    assert model_planned_by(execution.recorded.planner, DRAWN).runs.plans is PlanSet.CANONICAL
+    assert model_planned_by(execution.recorded.planner, DRAWN).runs.plans is RunPlans.CANONICAL
 
 
 def test_a_case_without_a_seed_has_canonical_plans() -> None:
@@ -126,4 +126,4 @@ def test_a_failure_that_canonical_plans_show_as_well_shrinks_to_a_case_without_p
 
 
 def test_models_with_other_plans_are_equal_but_for_these() -> None:
-    assert model_with_plans(PlanSet.CANONICAL, DRAWN).runs == CANONICAL.runs
+    assert model_with_plans(RunPlans.CANONICAL, DRAWN).runs == CANONICAL.runs

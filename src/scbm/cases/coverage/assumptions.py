@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage.statuses import Decision
-from scbm.model import GoalOrder, PlanSet, format_value
+from scbm.model import FIRST_PLANNER, GoalOrder, RunPlans, format_value
 from scbm.model.sources import inputs, moved, outside_groups, published_by, still
 
 if TYPE_CHECKING:
@@ -18,8 +18,7 @@ def assumptions(
     model: BehaviorModel,
     decisions: Collection[Decision],
     goals: GoalOrder | None = None,
-    plans: PlanSet | None = None,
-    planner: str = PlanSet.CANONICAL.value,
+    planner: str = FIRST_PLANNER.name,
 ) -> tuple[str, ...]:
     """Return what the proofs of a model assume, one sentence each.
 
@@ -27,29 +26,24 @@ def assumptions(
         model: the model.
         decisions: the statuses that are proved; without `UNCOVERABLE` and `EXCLUDED` nothing is assumed.
         goals: the runs that the proofs are about; `None` for those that the model declares.
-        plans: the plans that proofs of what is excluded are about; `None` for those that the model declares.
-        planner: the planner whose plans these are, unless they are any shortest ones.
+        planner: the planner whose plans proofs of what is excluded are about.
     """
     if Decision.UNCOVERABLE not in decisions and Decision.EXCLUDED not in decisions:
         return ()
-    return tuple(_sentences(model, decisions, goals or model.runs.goals, plans or model.runs.plans, planner))
+    return tuple(_sentences(model, decisions, goals or model.runs.goals, planner))
 
 
-def _sentences(
-    model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder, plans: PlanSet, planner: str
-) -> Iterator[str]:
+def _sentences(model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder, planner: str) -> Iterator[str]:
     if goals is GoalOrder.SINGLE:
         yield "Each run starts in an allowed initial state, and pursues one goal of the model."
     else:
         yield "Goals of the model follow each other in any order, from an allowed initial state on."
-    is_shortest = plans is PlanSet.SHORTEST
-    excluding = "any shortest plans" if is_shortest else f"plans of the planner {planner}"
-    if Decision.EXCLUDED not in decisions:
+    if Decision.EXCLUDED not in decisions or model.runs.plans is RunPlans.DRAWN:
         yield "A plan is any sequence of operations that leads to the goal by the planner's rules."
     elif Decision.UNCOVERABLE not in decisions:
-        yield f"Plans are {'any shortest ones' if is_shortest else f'those of the planner {planner}'}."
+        yield f"Plans are those of the planner {planner}."
     else:
-        yield f"Exclusions by the planner assume {excluding}; all other proofs hold for any plans."
+        yield f"Exclusions by the planner assume plans of the planner {planner}; all other proofs hold for any plans."
     yield from _changes_from_outside(model)
     if not outside_groups(model):
         yield "Only the model and replies to its requests change variables."

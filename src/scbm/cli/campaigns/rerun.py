@@ -13,7 +13,7 @@ from scbm.cli.options.option_values import read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.files import FileWriter, digest_of, load_model, open_case, open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.planning import DRAWN_SHORTEST, PLANNERS, model_planned_by
+from scbm.planning import DRAWN_PLANS, PLANNERS, model_planned_by
 from scbm.testing import Execution, Tester
 from scbm.testing.batches.campaign_work import complete
 
@@ -117,7 +117,7 @@ def _of_case(asked: AskedRun) -> Rerun:
 
 def _with_planner_of(planner: PlannerIdentity, model: BehaviorModel, file: Path) -> BehaviorModel:
     """Return the model with the planner that a case was recorded with. Raise `InputError` if there is none such."""
-    if planner.name not in (*PLANNERS, DRAWN_SHORTEST):
+    if planner.name not in (*PLANNERS, DRAWN_PLANS):
         message = f"the case was recorded with the planner `{planner.name}`, which this scbm does not have"
         remedy = "name another one: `--planner NAME`"
         raise InputError([Diagnostic(Slug.UNKNOWN_PLANNER, message, Place(str(file)), remedy)])

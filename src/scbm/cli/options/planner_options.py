@@ -11,7 +11,7 @@ from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.registry_options import KnownName, OptionGroup
 from scbm.files import parse_duration
-from scbm.model import BehaviorModel, InputError, PlannerChoice, PlanSet, Slug
+from scbm.model import BehaviorModel, InputError, PlannerChoice, RunPlans, Slug
 from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
 from scbm.testing.planner_override import override_planner, uncounted
 
@@ -54,11 +54,12 @@ Plans = Annotated[
         lambda: RUN_PLANS,
         HelpSection.PLANNER.option(
             "--plans",
-            help="The plans of random cases: {names}; `shortest` draws them. [those of the model, or canonical]",
+            help="The plans of random cases: {names}; `drawn` are from all shortest ones. "
+            "[those of the model, or canonical]",
         ),
     ),
 ]
-RUN_PLANS = (PlanSet.CANONICAL.value, PlanSet.SHORTEST.value)
+RUN_PLANS = tuple(plans.value for plans in RunPlans)
 """The plans that random cases can have."""
 
 _SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([kMGT]i?)?B", re.ASCII)
@@ -83,7 +84,7 @@ class PlannerOptions:
     def applied(self, model: BehaviorModel) -> BehaviorModel:
         """Return the model with the planner of the command line. Raise `InputError` for options that do not fit."""
         wanted = PlannerChoice(self.name, self.max_length, self.max_expanded)
-        chosen = override_planner(model, wanted, plans=self._plan_set())
+        chosen = override_planner(model, wanted, plans=self._run_plans())
         name = chosen.planner.name or DEFAULT_PLANNER
         if PLANNERS[name].is_external and self.max_memory is not None:
             raise InputError([uncounted(name, "--max-memory")])
@@ -111,10 +112,10 @@ class PlannerOptions:
         )
         return [word for option, value in options if value is not None for word in (option, str(value))]
 
-    def _plan_set(self) -> PlanSet | None:
+    def _run_plans(self) -> RunPlans | None:
         if self.plans is None or self.plans in RUN_PLANS:
-            return None if self.plans is None else PlanSet(self.plans)
-        message, remedy = f"`{self.plans}` is not a set of plans that runs can have", "write `canonical` or `shortest`"
+            return None if self.plans is None else RunPlans(self.plans)
+        message, remedy = f"`{self.plans}` is not a set of plans that runs can have", "write `canonical` or `drawn`"
         raise option_error("--plans", message, remedy, self.plans)
 
     def _time_ns(self) -> int | None:

@@ -19,7 +19,7 @@ from scbm.cli.options.verb_options import Goals, Jobs, Json, Model, StateValues
 from scbm.cli.output.terminal import TerminalOutput, results, write_json
 from scbm.closing.advice.unreachable_goals import why_unreachable
 from scbm.files import load_model
-from scbm.model import And, BehaviorModel, Diagnostic, InputError, Place, PlanSet, Predicate, Slug, State, format_value
+from scbm.model import And, BehaviorModel, Diagnostic, InputError, Place, Predicate, RunPlans, Slug, State, format_value
 from scbm.model.operations import apply
 from scbm.planning import (
     DEFAULT_PLANNER,
@@ -55,7 +55,7 @@ def command(
 ) -> int:
     """Find a plan to a goal, or show why there is none; without `--goal` for each goal of the model."""
     options = PlannerOptions(planner, max_length, max_expanded, max_time, max_memory)
-    loaded = options.applied(model_with_plans(PlanSet.CANONICAL, load_model(model)))  # no case draws plans here
+    loaded = options.applied(model_with_plans(RunPlans.CANONICAL, load_model(model)))  # no case draws plans here
     start, limits = read_state(state or [], loaded), options.limits(loaded)
     if goal is None:
         return _plan_all(loaded, str(model), start, limits, jobs, json=json)

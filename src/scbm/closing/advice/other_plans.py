@@ -13,7 +13,7 @@ from scbm.cases.coverage import Aspect
 from scbm.closing.advice.suggestions import TriedVisits, forced_states_clause
 from scbm.closing.decisions import Suggestion, SuggestionKind
 from scbm.closing.summaries import plan_in_words
-from scbm.model import PlanSet
+from scbm.model import RunPlans
 from scbm.planning import PlanLimits, Planner, Solved, model_with_plans
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def suggest_other_plans(
         excluded: its obligations that the planner excludes.
         visits: returns what executed cases of a model visit that differs in the order of its operations.
     """
-    if model.runs.plans is not PlanSet.CANONICAL or not excluded:
+    if model.runs.plans is not RunPlans.CANONICAL or not excluded:
         return
     left = dict.fromkeys(obligation.subject for obligation in excluded)
     for plan in _plans(model):
@@ -57,7 +57,7 @@ def suggest_other_plans(
             forced = tuple(each for each in excluded if each.subject in found and each in tried.by_force)
             text = (
                 f"another shortest plan to {plan.goal} is {plan_in_words(plan.operations, ' -> ')}: declare "
-                "`runs: {plans: shortest}`, or add `--plans shortest`, so that runs get such plans, too"
+                "`runs: {plans: drawn}`, or add `--plans drawn`, so that runs get such plans, too"
             )
             text += forced_states_clause("cases with such plans", forced)
             yield Suggestion(about, SuggestionKind.PLANS, text, by_force=forced)
@@ -97,4 +97,4 @@ def with_first(model: BehaviorModel, wanted: Mapping[str, int]) -> BehaviorModel
         wanted: weights by the names of operations; the greatest comes first, and equal ones keep their order.
     """
     operations = sorted(model.operations, key=lambda operation: -wanted.get(operation.name, 0))
-    return model_with_plans(PlanSet.CANONICAL, replace(model, operations=tuple(operations)))
+    return model_with_plans(RunPlans.CANONICAL, replace(model, operations=tuple(operations)))

@@ -3,8 +3,8 @@
 The cheapest are facts of the model file: no deadline, no way to fail, a precondition that is true. For these each
 operation is taken by itself; nothing that happens in runs is used.
 
-What no run visits whichever plans are chosen is uncoverable. What no run visits under the declared plans (canonical or
-shortest), while others may, is excluded by the planner.
+What no run visits whichever plans are chosen is uncoverable. What no run visits under canonical plans, while others
+may, is excluded by the planner.
 """
 
 from __future__ import annotations
@@ -187,8 +187,7 @@ def _reason(obligation: Obligation, runs: AllRuns) -> str:
     if not visited & visits.bit(name, Aspect.QUEUED):
         count = len(runs.model.goals)
         goals = "the only goal" if count == 1 else f"any of the {count} goals"
-        kind = "shortest plan" if runs.plans is PlanSet.SHORTEST else "plan"
-        return f"{name} is in no {kind} to {goals}"
+        return f"{name} is in no plan to {goals}"
     if not visited & visits.current(name):
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:
@@ -269,7 +268,7 @@ def _runs_argument(runs: AllRuns) -> RunsArgument:
 
 
 _MAX_OF_ANY_PLANS = 100_000
-"""Maximum number of situations of runs with any plans: mostly some times as many as with canonical ones."""
+"""Maximum number of situations of runs with any plans in a model with canonical plans, mostly some times as many."""
 
 
 def scope_of_proofs(model: BehaviorModel, plans: PlanSet = PlanSet.CANONICAL) -> RunScope:
@@ -301,14 +300,15 @@ def explored_for_proofs(
     if canonical is not None:
         missing &= ~(canonical.visited | canonical.cut_off)  # no proof is about these
     found = []
-    for plans in (PlanSet.ANY, model.runs.plans):
+    declared = model.runs.proved_plans
+    for plans in dict.fromkeys((PlanSet.ANY, declared)):
         if not missing or (plans is not PlanSet.ANY and not is_canonical):
             break
         runs = canonical if plans is PlanSet.CANONICAL else None
         if runs is None:
             if limits is None:
                 continue
-            most = min(limits.situations, _MAX_OF_ANY_PLANS) if plans is PlanSet.ANY else limits.situations
+            most = limits.situations if plans is declared else min(limits.situations, _MAX_OF_ANY_PLANS)
             scope = scope_of_proofs(model, plans)
             runs = AllRuns(model, replace(limits, situations=most), progress, scope, until=missing)
         if runs.is_interrupted:

@@ -135,7 +135,7 @@ class RequirementCloser:
     # all runs
 
     def _follow_runs(self, asked: Sequence[str]) -> None:
-        scope = replace(scope_of_proofs(self._model, self._model.runs.plans), keeps_notes=True)
+        scope = replace(scope_of_proofs(self._model, self._model.runs.proved_plans), keeps_notes=True)
         closed = replace(scope, is_open=False)
         if any(name in asked for name in RequestMonitor.judges):
             runs = self._explored(scope)

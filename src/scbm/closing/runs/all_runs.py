@@ -13,7 +13,7 @@ from scbm.model import GoalOrder, PlanSet
 from scbm.model.distinguished_values import distinguished_groups
 from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
-from scbm.running.untimed.plan_queues import CanonicalQueues, QueuesByDistance
+from scbm.running.untimed.plan_queues import AnyPlanQueues, CanonicalQueues
 from scbm.running.untimed.relevance import Relevance
 from scbm.running.untimed.rest_visits import MOST_RESTS
 from scbm.running.untimed.run_answers import SATISFICING_SHARE, RunAnswers
@@ -292,14 +292,13 @@ class AllRuns:
             return self._canonical_queues
         if goal not in self._queues:
             policy = self.answers.policy(goal)
-            self._queues[goal] = QueuesByDistance(
+            self._queues[goal] = AnyPlanQueues(
                 policy.task.packing,
                 self.answers.translation(goal).translate,
                 policy.plan,
                 policy.task.successors,
                 self.planner.problem(goal).is_goal,
                 self._limits.planning,
-                is_shortest=self.plans is PlanSet.SHORTEST,
             )
         return self._queues[goal]
 

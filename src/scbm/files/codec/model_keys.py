@@ -34,7 +34,7 @@ from scbm.model.behavior import (
     GoalOrder,
     LiftedOrigin,
     PlannerChoice,
-    PlanSet,
+    RunPlans,
     RunsDeclaration,
 )
 from scbm.model.predicates import TRUE, Predicate
@@ -176,12 +176,12 @@ def _read_goal_order(reader: ValueReader, node: YamlNode, text: str) -> GoalOrde
     return None if word is None else GoalOrder(word)
 
 
-_RUN_PLANS = (PlanSet.CANONICAL.value, PlanSet.SHORTEST.value)
+_RUN_PLANS = tuple(plans.value for plans in RunPlans)
 
 
-def _read_plans(reader: ValueReader, node: YamlNode, text: str) -> PlanSet | None:
+def _read_plans(reader: ValueReader, node: YamlNode, text: str) -> RunPlans | None:
     word = reader.word(node, text, _RUN_PLANS, "a set of plans that runs can have")
-    return None if word is None else PlanSet(word)
+    return None if word is None else RunPlans(word)
 
 
 class RunsKeys(Keys):
@@ -195,11 +195,11 @@ class RunsKeys(Keys):
         "model follow each other, each from where the last one ended.",
         default=GoalOrder.SEQUENCE,
     )
-    plans: DefaultKey[PlanSet] = DefaultKey(
+    plans: DefaultKey[RunPlans] = DefaultKey(
         ScalarType("set of plans", "a set of plans", {"enum": list(_RUN_PLANS)}, _read_plans, str),
-        "`canonical` if runs get the plans of the planner; `shortest` if the plans of random cases are drawn from all "
+        "`canonical` if runs get the plans of the planner; `drawn` if the plans of random cases are drawn from all "
         "shortest ones, with the planner `canonical` alone. `--plans` overrides it.",
-        default=PlanSet.CANONICAL,
+        default=RunPlans.CANONICAL,
     )
 
     def declaration(self) -> RunsDeclaration:
@@ -371,8 +371,8 @@ class ModelKeys(Keys):
     def _refuse_drawn_plans(self, model: BehaviorModel) -> None:
         """Note plans that are drawn from all shortest ones where the planner knows no lengths of shortest plans."""
         name = model.planner.name
-        if self.runs is not None and model.runs.plans is PlanSet.SHORTEST and name not in (None, FIRST_PLANNER.name):
-            message = f"`plans: shortest` needs the planner `{FIRST_PLANNER.name}`, and the model names `{name}`"
+        if self.runs is not None and model.runs.plans is RunPlans.DRAWN and name not in (None, FIRST_PLANNER.name):
+            message = f"`plans: drawn` needs the planner `{FIRST_PLANNER.name}`, and the model names `{name}`"
             remedy = "leave out one of them: no other planner knows how far each state is from the goal"
             self.reader.add(Slug.CONTRADICTION, message, self.runs.place("plans"), remedy)
 

@@ -48,8 +48,8 @@ class Equivalences:
         """
         self._limits = limits
         report = progress or (lambda _: None)
-        self._observed = shown = ObservedRuns(model, limits, report, model.runs.plans)
-        if model.runs.plans is not PlanSet.CANONICAL:  # cases that follow walks have canonical plans
+        self._observed = shown = ObservedRuns(model, limits, report, model.runs.proved_plans)
+        if model.runs.proved_plans is not PlanSet.CANONICAL:  # cases that follow walks have canonical plans
             shown = ObservedRuns(model, limits, report, PlanSet.CANONICAL)
         self._witnesses = WitnessSearch(shown, limits.candidates)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model import PlanSet
+from scbm.model import RunPlans
 from scbm.model.sources import still
 from scbm.mutation.equivalence.observed_runs import StateOfGoal
 from scbm.mutation.equivalence.runner_differences import StateDifference
@@ -53,7 +53,7 @@ class PlanDifferences:
         for number, (_, goal) in enumerate(self._observed.model.goals):
             yield from self._of_answers(number, goal, answers)
             yield from self._of_questions(number, goal)
-            if self._observed.runs.plans is not PlanSet.CANONICAL:
+            if self._observed.model.runs.plans is RunPlans.DRAWN:
                 yield from self._of_shortest(number, goal, answers)
 
     def _of_answers(self, number: int, goal: Predicate, answers: RunAnswers) -> Iterator[StateDifference]:

@@ -19,7 +19,7 @@ from msgspec import Struct, field, structs
 from scbm.cases import Injection
 from scbm.cases.trace import NETWORK, InjectionApplied, ResourceChanged, Trace, trace_digest
 from scbm.files import read_case
-from scbm.model import InputError, PlanSet
+from scbm.model import InputError, RunPlans
 from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
@@ -176,7 +176,7 @@ class ControllerNode:
         self._planner = Planner.of(model)
         self._plans = PlanCache(self._planner)
         self._shortest = ShortestPlans(self._planner, self._plans)
-        self._draw_plans = draw_plans if model.runs.plans is PlanSet.SHORTEST else None
+        self._draw_plans = draw_plans if model.runs.plans is RunPlans.DRAWN else None
         self._plan_limits = plan_limits or PlanLimits.of(model)
         self._thread = Background("planner")
         self._loop = asyncio.get_running_loop()

@@ -1,7 +1,7 @@
-"""The remaining parts of plans as numbers, so that positions can be compared: canonical plans, or a set of plans.
+"""The remaining parts of plans as numbers, so that positions can be compared: canonical plans, or any plans.
 
-Of a canonical plan the operations that are left are known. Of a set of plans (shortest, any) the state is known from
-which, by the planner's rules, the rest starts. Which operation follows is decided one by one.
+Of a canonical plan the operations that are left are known. Of any plans the state is known from which, by the planner's
+rules, the rest starts. Which operation follows is decided one by one.
 """
 
 from __future__ import annotations
@@ -81,8 +81,8 @@ class CanonicalQueues:
             yield operation
 
 
-class QueuesByDistance:
-    """The states from which the rest of any plan, or of any shortest one, starts."""
+class AnyPlanQueues:
+    """The states from which the rest of any plan starts."""
 
     def __init__(  # noqa: PLR0913, PLR0917 - what a planner knows of its states, and its limit
         self,
@@ -92,8 +92,6 @@ class QueuesByDistance:
         successors: Callable[[int], Steps],
         is_goal: Callable[[int], bool],
         most: int,
-        *,
-        is_shortest: bool,
     ) -> None:
         """Prepare the queues of one goal.
 
@@ -103,8 +101,7 @@ class QueuesByDistance:
             plan: the canonical planner's answer in a state of the planner.
             successors: the operations that are enabled in a state of the planner, with the states that they lead to.
             is_goal: whether the goal holds in a state of the planner.
-            most: maximum number of states that searches may expand together, where distances have to be searched for.
-            is_shortest: whether only shortest plans count.
+            most: maximum number of states that searches may expand together.
         """
         self._packing = packing
         self._translate = translate
@@ -112,7 +109,6 @@ class QueuesByDistance:
         self._successors = successors
         self._is_goal = is_goal
         self._left = most
-        self._is_shortest = is_shortest
         self._states = [0]
         self._numbers: dict[int, int] = {}
         self._following: dict[int, tuple[FollowingOperation, ...]] = {}
@@ -158,24 +154,18 @@ class QueuesByDistance:
         return self._numbers[state]
 
     def _find_following(self, state: int) -> Iterator[FollowingOperation]:
-        distance = self._distance(state)
-        if distance is None:
-            return
         for operation, after in self._successors(state):
-            left = self._distance(after)
-            if left is not None and (not self._is_shortest or left == distance - 1):
+            if self._reaches_goal(after):
                 yield operation, self._number(after)
         if self._is_goal(state):
             yield -1, 0
 
-    def _distance(self, state: int) -> int | None:
-        """Return the number of operations to the goal; `None` if it cannot be reached."""
+    def _reaches_goal(self, state: int) -> bool:
+        """Return whether there is a plan from a state."""
         answer = self._plan(state)
         self._left -= answer.expanded
         if self._left < 0:
             raise PlanningTooLargeError
-        if isinstance(answer, Solved):
-            return len(answer.plan)
-        if isinstance(answer, Unsolvable):
-            return None
-        raise PlanningTooLargeError
+        if not isinstance(answer, Solved | Unsolvable):
+            raise PlanningTooLargeError
+        return isinstance(answer, Solved)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Expectations
 from scbm.model import InitialStates
-from scbm.planning import DRAWN_SHORTEST
+from scbm.planning import DRAWN_PLANS
 from scbm.running.simulation import TooLongError
 from scbm.testing.shrinking.case_sizes import choices_of, size_of
 from scbm.testing.shrinking.relative_times import with_relative_times
@@ -156,7 +156,7 @@ class _ShrinkSearch:
         self._begins_broken = _begins_broken(original, failure)
         self._most_runs = most_runs
         self._most_of_one = _MORE_OF_ONE + 4 * len(original.trace.records)
-        self._drawn_plans = original.plans_to_keep if original.trace.planner.name == DRAWN_SHORTEST else ()
+        self._drawn_plans = original.plans_to_keep if original.trace.planner.name == DRAWN_PLANS else ()
         self._preferred: tuple[RecordedPlan, ...] = ()
         self._tried: dict[Case, None] = {}
         self._records = 0

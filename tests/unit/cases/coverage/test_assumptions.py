@@ -7,7 +7,8 @@ import pytest
 from scbm.cases.coverage import Decision
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.files import read_model
-from scbm.model import GoalOrder, PlanSet
+from scbm.model import GoalOrder, RunPlans
+from scbm.planning import model_with_plans
 from support.wording import Wording
 
 CELL = """
@@ -63,25 +64,20 @@ def test_without_proofs_nothing_is_assumed(decisions: list[Decision]) -> None:
 @pytest.mark.parametrize(
     ("decisions", "plans", "sentence"),
     [
-        ([UNCOVERABLE], PlanSet.SHORTEST, ANY),
-        ([EXCLUDED], PlanSet.SHORTEST, "Plans are any shortest ones."),
-        ([EXCLUDED], None, "Plans are those of the planner canonical."),
+        ([UNCOVERABLE], RunPlans.CANONICAL, ANY),
+        ([EXCLUDED], RunPlans.DRAWN, ANY),
+        ([EXCLUDED], RunPlans.CANONICAL, "Plans are those of the planner canonical."),
         (
             [EXCLUDED, UNCOVERABLE],
-            PlanSet.SHORTEST,
-            "Exclusions by the planner assume any shortest plans; all other proofs hold for any plans.",
-        ),
-        (
-            [EXCLUDED, UNCOVERABLE],
-            None,
+            RunPlans.CANONICAL,
             "Exclusions by the planner assume plans of the planner canonical; all other proofs hold for any plans.",
         ),
     ],
 )
 def test_the_plans_are_those_of_the_proofs_that_there_are(
-    decisions: list[Decision], plans: PlanSet | None, sentence: str
+    decisions: list[Decision], plans: RunPlans, sentence: str
 ) -> None:
-    assert assumptions(read_model(BARE), decisions, plans=plans) == (SEQUENCE, sentence, CLOSED)
+    assert assumptions(model_with_plans(plans, read_model(BARE)), decisions) == (SEQUENCE, sentence, CLOSED)
 
 
 def test_goals_are_those_asked_for_or_else_those_of_the_model() -> None:

@@ -12,7 +12,7 @@ from scbm.closing import CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import load_model, read_case, read_model, write_case
-from scbm.model import BehaviorModel, GoalOrder, Outcome, PlanSet, RunsDeclaration
+from scbm.model import BehaviorModel, GoalOrder, Outcome, RunPlans, RunsDeclaration
 from scbm.running.micro_steps import MicroStep, MicroSteps
 from scbm.testing import Campaign, FailureKind, RandomCases, Tester, waiting_runs
 from scbm.testing.shrinking.case_sizes import size_of
@@ -110,7 +110,7 @@ def test_the_report_says_which_runs_an_answer_is_about(wording: Wording) -> None
 # what is violated
 
 
-@pytest.mark.parametrize("runs", [RunsDeclaration(GoalOrder.SINGLE), RESUMES, RunsDeclaration(plans=PlanSet.SHORTEST)])
+@pytest.mark.parametrize("runs", [RunsDeclaration(GoalOrder.SINGLE), RESUMES, RunsDeclaration(plans=RunPlans.DRAWN)])
 @pytest.mark.parametrize(
     ("replacements", "name", "others"),
     [

@@ -250,7 +250,7 @@ def test_operations_in_another_order_differ_where_another_canonical_plan_comes_f
     assert isinstance(decide(replace(model, operations=(pick_2, place_2, pick_1, place_1))), DifferentMutant)
 
 
-@pytest.mark.parametrize(("plans", "decision"), [("canonical", EquivalentMutant), ("shortest", DifferentMutant)])
+@pytest.mark.parametrize(("plans", "decision"), [("canonical", EquivalentMutant), ("drawn", DifferentMutant)])
 def test_where_plans_are_drawn_all_shortest_plans_count(plans: str, decision: type[MutantDecision]) -> None:
     model = two_robots(plans)
     pick_2 = model.operation("pick_2")
