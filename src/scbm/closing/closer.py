@@ -8,41 +8,35 @@ from __future__ import annotations
 
 import gc
 import re
-from collections import Counter
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
-from itertools import islice
 from operator import and_, or_
 from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Expectations
-from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
+from scbm.cases.coverage import Coverage, Obligation, Obligations, visited_by
 from scbm.cases.trace import End, ends_of, ranges_of_goals
 from scbm.closing.advice.goal_search import GoalSearch
-from scbm.closing.advice.other_plans import suggest_other_plans, with_first
+from scbm.closing.advice.other_plans import suggest_other_plans
 from scbm.closing.advice.suggestions import Oracles, TriedVisits, in_order_of, suggest
+from scbm.closing.case_searches import CASE_SEARCHES, ClosingTask, helpful, takes_classes
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
 from scbm.closing.interruption import Interruption
-from scbm.closing.proofs.proofs import Proofs, explored_for_proofs, scope_of_proofs
-from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
+from scbm.closing.proofs.proofs import Proofs, explored_for_proofs
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import (
     CaseSearch,
     Merit,
-    bounded,
     in_order,
     natural,
     shortest_for_each,
     without_leftovers,
 )
-from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_by_force, with_inputs_in_motion
 from scbm.closing.scripts.forced_cases import ForcedCases
-from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
-from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug, State
-from scbm.model.distinguished_values import distinguished_groups
-from scbm.model.sources import free_groups, outside_groups
+from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
 
@@ -62,9 +56,6 @@ _MAX_PLANNED_FOR_A_GOAL = 30_000
 
 _PLANNED_FOR_SUGGESTIONS = 250
 """All suggested goals together may take so many times the states of `CloseLimits.planning`: up to a minute."""
-
-_MAX_FOR_CASES = 10_000
-"""Maximum number of situations in which inputs change that are explored to find cases, where they prove nothing."""
 
 _SHARE_OF_ALL_VALUES = 10
 """The divisor of the limit of situations for proofs about inputs of many values that make little difference.
@@ -118,8 +109,7 @@ class Closer:
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], TriedVisits] = {}
         self._suggestion_states = 0
-        self._is_open = bool(outside_groups(model))
-        self._has_classes = distinguished_groups(model) != free_groups(model)
+        self._takes_classes = takes_classes(model)
         self._open_runs: list[AllRuns] = []
         self._one_case_each = False
 
@@ -262,167 +252,45 @@ class Closer:
                 runs = self._explored(self._limits)
         if runs.is_interrupted and not self.is_interrupted:
             self._interrupt(Stage.GRAPH)
-        sampled = [] if runs.stopped is None and not is_sampled else search.found
-        left = missing if runs.stopped is None else missing & ~Merit.of(sampled).freely
+        task = ClosingTask(
+            self._tester,
+            self._limits,
+            self._progress,
+            runs,
+            suite.coverage.visited,
+            samples=search,
+            sampled=[] if runs.stopped is None and not is_sampled else search.found,
+            is_short=short,
+            one_each=self._one_case_each,
+            cases_of=self._cases_of,
+            ended=self._ended,
+            open_runs=self._open_runs,
+        )
+        found = task.found
         with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.WHOLE, planning):
-            found = self._searched(runs, left, never, sampled, short=short)
-            found += self._by_force(suite, runs, missing, never, [*found, *sampled], search, short=short)
-        found += _helpful(search.found if self.is_interrupted else sampled, missing & ~Merit.of(found).freely)
-        if self.model.runs.plans is RunPlans.DRAWN:
-            with self._stage(Stage.SEARCH):
-                found += self._with_other_plans(tuple(found), missing & ~never)
+            self._search(task)
+        if self.is_interrupted:
+            found += helpful(search.found, missing & ~Merit.of(found).freely)
         if missing & ~never & ~Merit.of(found).visited and runs.stopped is not None and not self.is_interrupted:
             self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
         with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.BRIEF, planning):
             return runs, self._finished(found, missing, suite, asked)
 
-    def _searched(
-        self, runs: AllRuns, missing: int, never: int, sampled: Sequence[Execution], *, short: bool
-    ) -> list[Execution]:
-        """Return the runs of cases that follow paths through the graph, or in which inputs change."""
-        found: list[Execution] = []
-        if self.is_interrupted:
-            return found
-        search = CaseSearch(runs, self._tester, missing, never, self._limits, found, self._progress)
-        with self._stage(Stage.SEARCH):
-            self._progress("looking for cases")
-            search.run(short=short)
-            self._shorten(search, missing)
-            found += self._with_inputs([*found, *sampled], runs, missing)
-            found += self._with_changes_from_outside(runs, missing & ~Merit.of(found).freely, never)
-            found += self._in_sequences(runs, missing & ~Merit.of(found).freely, never)
-        return found
-
-    def _with_other_plans(self, known: Sequence[Execution], missing: int) -> Iterator[Execution]:
-        """Yield runs with shortest plans that are not canonical, for what no run with canonical plans visits.
-
-        They are the canonical plans of a model in which the operations come first of which most is missing. The cases
-        have these plans, so that they do not depend on the order of operations.
-        """
-        before, tried = Merit.of(known), list[tuple[str, ...]]()
-        while missing & ~before.freely and not self.is_interrupted:
-            left = [each for each in self._obligations if self._obligations.bit(each) & missing & ~before.freely]
-            reordered = with_first(self.model, Counter(obligation.subject for obligation in left))
-            order = tuple(operation.name for operation in reordered.operations)
-            if order in tried:
+    def _search(self, task: ClosingTask) -> None:
+        """Search for cases, one search after the other."""
+        for entry in CASE_SEARCHES.values():
+            if self.is_interrupted:
                 return
-            tried.append(order)
-            self._progress(f"looking for cases with other shortest plans, {len(left):,} obligations left")
-            closer = Closer(reordered, self._limits, self._progress, self._executor, self._interruption)
-            for made in closer.find_cases(left):
-                case = replace(made.case, expect=Expectations(), plans=made.answers)
-                execution = self._tester.execute(case)
-                if Merit.of((execution,)).beyond(before) & missing:
-                    before = before.and_also(Merit.of((execution,)))
-                    yield execution
-            if closer.is_interrupted:
-                raise KeyboardInterrupt
+            with self._stage(Stage.SEARCH):
+                self._progress(f"looking for cases: {entry.finds}")
+                entry.search(task)
 
-    def _shorten(self, search: CaseSearch, missing: int) -> None:
-        """Search for the shortest case for each obligation, if that is asked for."""
-        for obligation in self._obligations if self._one_case_each else ():
-            if self._obligations.bit(obligation) & missing:
-                self._progress(f"looking for the shortest case for {obligation}")
-                search.shortest(self._obligations.bit(obligation))
-
-    def _by_force(  # noqa: PLR0913, PLR0917 - what is known already, and what is searched in
-        self,
-        suite: Campaign,
-        runs: AllRuns,
-        missing: int,
-        never: int,
-        known: Sequence[Execution],
-        sampled: SampledCases,
-        *,
-        short: bool,
-    ) -> list[Execution]:
-        """Return runs that force states, for what nothing else visits: neither the suite nor the cases so far."""
-        found: list[Execution] = []
-        missing &= ~suite.coverage.visited & ~Merit.of(known).visited
-        if self.is_interrupted or not missing & ~never:
-            return found
-        search = CaseSearch(runs, self._tester, 0, never, self._limits)
-        force = ForcedCases(self._tester, missing, never, self._limits.candidates, found, self._progress)
-        with self._stage(Stage.SEARCH):
-            found += self._inputs_by_force((*self._nominal(runs), *known), missing & ~never)
-            force.in_graph(search, runs.visits.current, short=short)
-            force.in_cases(known)
-            if runs.stopped is not None:
-                force.in_cases(sampled.bases)
-                force.beyond_graph(search, runs.visits.current)
-        return found
-
-    def _inputs_by_force(self, known: Sequence[Execution], missing: int) -> Iterator[Execution]:
-        """Yield runs in which inputs change where no moment is settled, for automatic transitions."""
-        for transition in self.model.automatic_transitions:
-            bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
-            bases = known if bit & missing else ()
-            cases = (case for base in bases for case in with_inputs_by_force(self.model, transition, base.case))
-            executions = (bounded(self._tester, case) for case in islice(cases, self._limits.candidates))
-            yield from islice((each for each in executions if each is not None and each.visited & bit), 1)
-
-    def _with_inputs(self, found: Sequence[Execution], runs: AllRuns, missing: int) -> Iterator[Execution]:
-        """Yield runs in which inputs change, for automatic transitions that no run without injections takes."""
-        bases = (*self._nominal(runs), *found)
-        for transition in self.model.automatic_transitions:
-            bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
-            if not bit & missing & ~runs.visited:
-                continue
-            in_motion = (case for base in bases for case in with_inputs_in_motion(self.model, transition, base))
-            at_rest = (case for base in bases for case in with_inputs(self.model, transition, base.case))
-            for attempts in (in_motion, at_rest):
-                execution = self._first_that_visits(bit, islice(attempts, self._limits.candidates))
-                if execution is not None:
-                    yield execution
-                    break
-
-    def _first_that_visits(self, bit: int, cases: Iterable[Case]) -> Execution | None:
-        """Return the run of the first case that visits an obligation, and not by force."""
-        executions = (bounded(self._tester, case) for case in cases)
-        return next((each for each in executions if each is not None and each.visited_freely & bit), None)
-
-    def _with_changes_from_outside(self, closed: AllRuns, missing: int, never: int) -> list[Execution]:
-        """Return runs in which inputs and published values change, for what no other run visits."""
-        wanted = missing & ~never
-        if not wanted or not self._is_open:
-            return []
-        self._progress("exploring runs in which inputs change")
-        limits = self._limits
-        if closed.stopped is not None:  # then all runs are too many in the open world, too
-            limits = replace(limits, situations=min(_MAX_FOR_CASES, limits.situations))
-        scope = RunScope(is_open=True, takes_classes=self._has_classes)
-        runs = AllRuns(self.model, limits, self._progress, scope)
-        if runs.stopped is not None and closed.stopped is None:
-            self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
-        return self._walked(runs, missing, never)
-
-    def _in_sequences(self, closed: AllRuns, missing: int, never: int) -> list[Execution]:
-        """Return runs of cases with several goals, for what no case with one goal visits."""
-        wanted = missing & ~never
-        if not wanted or self.model.runs.goals is GoalOrder.SINGLE or closed.stopped is not None:
-            return []
-        scope = replace(scope_of_proofs(self.model), takes_classes=self._has_classes)
-        runs = AllRuns(self.model, self._limits, self._progress, scope, until=wanted)
-        return self._walked(runs, missing, never)
-
-    def _walked(self, runs: AllRuns, missing: int, never: int) -> list[Execution]:
-        """Return runs of cases that follow walks in the open world."""
-        if runs.is_interrupted:
+    def _cases_of(self, other: BehaviorModel, wanted: Sequence[Obligation]) -> Iterator[Execution]:
+        """Yield the runs of new cases of another model within the same limits."""
+        closer = Closer(other, self._limits, self._progress, self._executor, self._interruption)
+        yield from closer.find_cases(wanted)
+        if closer.is_interrupted:
             raise KeyboardInterrupt
-        self._open_runs.append(runs)
-        search = CaseSearch(runs, self._tester, missing, never, replace(self._limits, beyond=0), walks=natural_walks)
-        search.run(short=True)
-        self._shorten(search, missing)
-        return search.found
-
-    def _nominal(self, runs: AllRuns) -> Iterator[Execution]:
-        """Yield a run without faults for each goal, from the first initial state."""
-        plain = [self._plain(runs, goal) for goal in runs.plannable] if runs.starts else []
-        executed = (bounded(self._tester, case) for case in plain)
-        yield from (execution for execution in executed if execution is not None)
-
-    def _plain(self, runs: AllRuns, goal: tuple[str, Predicate]) -> Case:
-        return Case(goal[0], *goal, State(self.model.space, dict(runs.starts[0].values)))
 
     def _finished(
         self, found: Sequence[Execution], missing: int, suite: Campaign, asked: Sequence[Obligation]
@@ -484,7 +352,7 @@ class Closer:
         if runs.stopped is not None:  # where these are too many, others are, too
             return ()
         known, limits = (runs, *self._open_runs), self._limits
-        if self._has_classes:
+        if self._takes_classes:
             limits = replace(limits, situations=limits.situations // _SHARE_OF_ALL_VALUES)
         try:
             with self._interruption.stage():
@@ -494,7 +362,7 @@ class Closer:
             self._interrupt(Stage.GRAPH)
             return explored_for_proofs(self.model, None, self._progress, missing, known)
         left = reduce(and_, (each.visited | each.cut_off for each in found), missing)
-        if self._has_classes and left and not any(each.plans is self.model.runs.proved_plans for each in found):
+        if self._takes_classes and left and not any(each.plans is self.model.runs.proved_plans for each in found):
             reason = (
                 f"runs in which inputs take all of their values can be in more than {limits.situations:,} situations"
             )
@@ -616,15 +484,6 @@ class _CaseVisits:
 
 def _freely(suite: Campaign) -> int:
     return reduce(or_, (visited for _, visited in suite.visited_freely), 0)
-
-
-def _helpful(executions: Sequence[Execution], missing: int) -> list[Execution]:
-    """Return runs that visit all of the missing that any of them visits: again and again the one with most of it."""
-    found = []
-    while missing & Merit.of(executions).freely:
-        found.append(max(executions, key=lambda each: (each.visited_freely & missing).bit_count()))
-        missing &= ~found[-1].visited_freely
-    return found
 
 
 def _alone(execution: Execution, kept: Sequence[Execution], before: Merit) -> int:
