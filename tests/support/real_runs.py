@@ -8,7 +8,7 @@ from scbm.cases import Case
 from scbm.model import BehaviorModel
 from scbm.running import Program
 from scbm.store import History, StoredRun, digest_of, key_of
-from scbm.store.history import packed_log
+from scbm.store.packed_logs import packed_log
 from scbm.testing import Execution, Tester
 from scbm.testing.event_logs.event_log import EventLog, rerun, write_event_log
 from support.capturing import captured

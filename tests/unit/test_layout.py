@@ -9,6 +9,7 @@ from token import NAME
 from tokenize import tokenize
 
 import pytest
+from code_figures import circles_of_files, lines_of_code
 
 from support.layout_rules import SOURCE, full_folders, repeated_classes, repeated_modules, source_texts
 from support.prose_literals import is_prose, prose_literals
@@ -147,6 +148,30 @@ def test_a_module_name_is_used_once() -> None:
 
 def test_a_class_name_is_used_once() -> None:
     assert repeated_classes(source_texts()) == []
+
+
+@pytest.mark.parametrize(
+    ("texts", "circles"),
+    [
+        ({"a.py": "import scbm.b", "b.py": "from scbm.c import C", "c.py": "C = 1"}, []),
+        ({"a.py": "import scbm.b", "b.py": "from scbm.c import C", "c.py": "def f():\n    import scbm.a"}, [3]),
+        ({"a.py": "from scbm import b", "b.py": "if TYPE_CHECKING:\n    from scbm.a import A"}, [2]),
+        ({"p/__init__.py": "from scbm.p.a import A", "p/a.py": "from scbm.p.b import B", "p/b.py": ""}, []),
+        ({"p/__init__.py": "from scbm.p.a import A", "p/a.py": "from scbm.p import A"}, [2]),
+    ],
+)
+def test_a_circle_is_a_group_of_files_that_import_each_other(texts: dict[str, str], circles: list[int]) -> None:
+    assert [len(circle) for circle in circles_of_files(texts)] == circles
+
+
+def test_lines_of_code_are_those_of_statements() -> None:
+    text = '"""A module."""\n\nimport os\n\n# a comment\nA = (\n    1\n)\n"""One."""\n\n\n'
+    text += 'def f():\n    """Two."""\n    return "x"\n'
+    assert lines_of_code(text) == 5
+
+
+def test_no_files_import_each_other() -> None:
+    assert circles_of_files(source_texts()) == []
 
 
 def test_few_modules_read_a_clock() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from functools import wraps
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 import typer.core
 
-from scbm.cli.main import GOOD, INTERRUPTED, WRONG_INPUT, write_version
+import scbm
+from scbm.cli.exit_codes import GOOD, INTERRUPTED, WRONG_INPUT
 from scbm.cli.options.help_sections import VerbCommand
 from scbm.cli.verb_registry import VERBS
 
@@ -164,7 +166,7 @@ def _refuse_repeated(application: object, verb: str, arguments: list[str]) -> No
 
 def _show_version(asked: bool) -> None:  # noqa: FBT001 - typer gives the value of an option so
     if asked:
-        write_version()
+        sys.stdout.write(f"scbm {scbm.__version__}\n")
         raise typer.Exit(GOOD)
 
 

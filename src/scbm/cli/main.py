@@ -1,7 +1,4 @@
-"""The entry point `scbm`: it imports little, so that `--version` is fast and Ctrl-C is handled from the beginning.
-
-Also the exit codes of commands; `docs/reference/command-line.md` says what each means.
-"""
+"""The entry point `scbm`: it imports little, so that `--version` is fast and Ctrl-C is handled from the beginning."""
 
 from __future__ import annotations
 
@@ -17,15 +14,10 @@ from io import TextIOWrapper
 from typing import TYPE_CHECKING, NoReturn, TextIO
 
 import scbm
+from scbm.cli.exit_codes import GOOD, INTERRUPTED, OWN_FAULT, WRONG_INPUT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-
-
-GOOD, FAILED, WRONG_INPUT, OWN_FAULT = 0, 1, 2, 3
-
-INTERRUPTED = 130
-"""The exit code that shells use for Ctrl-C."""
 
 
 ASCII_FORMS = {
@@ -128,16 +120,11 @@ def _replace_closed_streams() -> None:
 
 def _done(arguments: list[str], begin: Callable[[], None]) -> int:
     if arguments == ["--version"]:
-        write_version()
+        sys.stdout.write(f"scbm {scbm.__version__}\n")
         return GOOD
     from scbm.cli.application import run_verb  # noqa: PLC0415 - typer and the model, which the version does not need
 
     return run_verb(arguments, begin)
-
-
-def write_version() -> None:
-    """Print the version."""
-    sys.stdout.write(f"scbm {scbm.__version__}\n")
 
 
 def _ascii_forms(error: UnicodeError) -> tuple[str, int]:

@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 from shlex import quote
 from typing import TYPE_CHECKING
 
+from scbm.cases.coverage import Decision
+from scbm.cases.coverage.assumptions import assumptions
 from scbm.closing.proof_reasons import REASONS_SUFFIX, read_reasons
-from scbm.closing.proved_statuses import assumed_by
 from scbm.files import digest_of, open_input, read_file, without_detours
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import Diagnostic, GoalOrder, InputError, Place, Slug
 from scbm.model.json_reader import JsonError, read_json
 from scbm.proofcheck import RunsArgument
 
@@ -228,3 +229,15 @@ def check_file(file: CertificateFile, model: BehaviorModel) -> CheckedCertificat
     flaws = check_certificate(file.certificate, model)
     assumed = () if flaws else assumed_by([file.certificate], model)
     return CheckedCertificate(file, is_of_this_model=True, flaws=flaws, assumptions=assumed)
+
+
+def proved_status(certificate: Certificate) -> Decision:
+    """Return the status that a sound certificate gives its obligations: it depends on the plans that it is about."""
+    return Decision.UNCOVERABLE if certificate.is_for_any_plan else Decision.EXCLUDED
+
+
+def assumed_by(certificates: Iterable[Certificate], model: BehaviorModel) -> tuple[str, ...]:
+    """Return what sound certificates of a model assume, one sentence each; none without certificates."""
+    known = tuple(certificates)
+    goals = GoalOrder.SINGLE if any(each.goals is GoalOrder.SINGLE for each in known) else GoalOrder.SEQUENCE
+    return assumptions(model, [proved_status(each) for each in known], goals)

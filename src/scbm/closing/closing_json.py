@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scbm.closing.decisions import forcing_record
 from scbm.planning import planner_of
-from scbm.testing.campaign import waiver_json
+from scbm.testing.campaign_results_json import waiver_json
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import Figure

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
 from scbm.cases.coverage.assumptions import assumptions
+from scbm.closing.certificate_files import proved_status
 from scbm.model import GoalOrder
 
 if TYPE_CHECKING:
@@ -17,19 +18,6 @@ if TYPE_CHECKING:
     from scbm.closing.certificate_files import CheckedCertificate
     from scbm.closing.decisions import Closing, Decided
     from scbm.model import BehaviorModel
-    from scbm.proofcheck import Certificate
-
-
-def proved_status(certificate: Certificate) -> Decision:
-    """Return the status that a sound certificate gives its obligations: it depends on the plans that it is about."""
-    return Decision.UNCOVERABLE if certificate.is_for_any_plan else Decision.EXCLUDED
-
-
-def assumed_by(certificates: Iterable[Certificate], model: BehaviorModel) -> tuple[str, ...]:
-    """Return what sound certificates of a model assume, one sentence each; none without certificates."""
-    known = tuple(certificates)
-    goals = GoalOrder.SINGLE if any(each.goals is GoalOrder.SINGLE for each in known) else GoalOrder.SEQUENCE
-    return assumptions(model, [proved_status(each) for each in known], goals)
 
 
 @dataclass(frozen=True, slots=True)

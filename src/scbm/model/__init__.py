@@ -8,7 +8,6 @@ from scbm.model.behavior import (
     BehaviorModel,
     EnvironmentTransition,
     GoalOrder,
-    InitialStates,
     LiftedOrigin,
     ObjectLists,
     PlannerChoice,
@@ -63,6 +62,7 @@ from scbm.model.predicates import (
 from scbm.model.requirements import FORMS, AfterAlways, Always, Before, LeadsTo, Never, Requirement, RequirementForm
 from scbm.model.resources import DrawnVariable, Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.model.slugs import Slug
+from scbm.model.sources import InitialStates
 from scbm.model.values import Domain, Value, ValueKind, format_value
 from scbm.model.variables import (
     OperationState,

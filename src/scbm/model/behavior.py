@@ -6,21 +6,16 @@ import re
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from math import prod
 from typing import TYPE_CHECKING
 
 from scbm.model.predicates import TRUE, Predicate
-from scbm.model.sources import free_initial_values
 from scbm.model.variables import State, StateSpace, Variable, resource_variables, runner_variables
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from scbm.model.diagnostics import Place
     from scbm.model.operations import Action, Operation, Transition
     from scbm.model.requirements import Requirement
     from scbm.model.resources import Latency, Resource
-    from scbm.model.values import Value
 
 
 class RateKind(StrEnum):
@@ -355,54 +350,3 @@ class BehaviorModel:
             if operation.name == name:
                 return operation
         raise KeyError(name)
-
-
-class InitialStates:
-    """The combinations of random values of a model, numbered in the order of variables and values."""
-
-    def __init__(self, model: BehaviorModel) -> None:
-        self._model = model
-        self.combinations = prod(len(variable.random) for variable in model.space)
-
-    def combination(self, number: int) -> dict[str, Value]:
-        """Return combination `number`, whether it is allowed or not; the last variable changes fastest."""
-        values: dict[str, Value] = {}
-        for variable in reversed(self._model.space.variables):
-            number, index = divmod(number, len(variable.random))
-            values[variable.name] = variable.random[index]
-        return values
-
-    def allows(self, values: Mapping[str, Value]) -> bool:
-        """Return whether the model's `initial_states` predicate holds."""
-        return self._model.initial_states.holds(values)
-
-    def can_begin(self, values: Mapping[str, Value]) -> bool:
-        """Return whether a run can begin in a state of the world (semantics 7.2)."""
-        if not self._model.initial_states.holds(values):
-            return False
-        return any(all(values[name] in known for name, known in each.items()) for each in self._beginnings)
-
-    @cached_property
-    def _beginnings(self) -> tuple[dict[str, tuple[Value, ...]], ...]:
-        return self.beginnings(is_open=True)
-
-    def beginnings(self, *, is_open: bool) -> tuple[dict[str, tuple[Value, ...]], ...]:
-        """Return the values of the variables in the states that runs begin with; all satisfy `initial_states`, too.
-
-        The first mapping has the random values, the second one, if there is one, those of the nominal state.
-
-        Args:
-            is_open: whether variables that change freely from outside begin with any of their values.
-        """
-        free = free_initial_values(self._model) if is_open else {}
-        random = {variable.name: free.get(variable.name, variable.random) for variable in self._model.space}
-        nominal = {variable.name: free.get(variable.name, (variable.initial,)) for variable in self._model.space}
-        is_drawn = all(value in random[name] for name, values in nominal.items() for value in values)
-        return (random,) if is_drawn else (random, nominal)
-
-    def allowed(self, most: int) -> Iterator[State]:
-        """Yield the allowed states among the first `most` combinations, in order."""
-        for number in range(min(most, self.combinations)):
-            values = self.combination(number)
-            if self.allows(values):
-                yield State(self._model.space, values)

@@ -8,7 +8,7 @@ from os.path import lexists
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import MutantStatus
-from scbm.cli.main import INTERRUPTED
+from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.options.campaign_options import read_percentages
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.verb_options import FAIL_UNDER

@@ -30,13 +30,12 @@ if TYPE_CHECKING:
         PLANNERS,
         PlanFunction,
         PlannerEntry,
-        PlanProblem,
         model_planned_by,
         model_with_plans,
         planner_of,
         planner_of_random_runs,
     )
-    from scbm.planning.planning_task import Task, system_of
+    from scbm.planning.planning_task import PlanProblem, Task, system_of
     from scbm.planning.policy import Policy
 
 __all__ = [
@@ -86,10 +85,10 @@ __getattr__ = lazy_exports(
         "plan_search": "Reach explore",
         "planner": "PlanCache Planner PlanSource recorded_answer",
         "planners": (
-            "DEFAULT_PLANNER DRAWN_PLANS PLANNERS PlanFunction PlannerEntry PlanProblem model_planned_by "
+            "DEFAULT_PLANNER DRAWN_PLANS PLANNERS PlanFunction PlannerEntry model_planned_by "
             "model_with_plans planner_of planner_of_random_runs"
         ),
-        "planning_task": "Task system_of",
+        "planning_task": "PlanProblem Task system_of",
         "policy": "Policy",
     },
 )

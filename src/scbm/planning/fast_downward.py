@@ -15,7 +15,7 @@ from scbm.planning.plan_answers import Limit, LimitReached, NoPlanFound, PlanLim
 
 if TYPE_CHECKING:
     from scbm.planning.plan_answers import Answer
-    from scbm.planning.planners import PlanProblem
+    from scbm.planning.planning_task import PlanProblem
 
 DEFAULT_TIME_NS = 30_000_000_000
 """The limit of wall time of a search that has no other."""

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from scbm.model import Diagnostic, InputError, Place, PlannerIdentity, Slug
 from scbm.planning.plan_answers import Answer, PlanLimits, PlanValidator, Solved, always
-from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS, PlanProblem
-from scbm.planning.planning_task import Problem, Task
+from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS
+from scbm.planning.planning_task import PlanProblem, Problem, Task
 from scbm.planning.policy import Policy
 
 if TYPE_CHECKING:

@@ -9,43 +9,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 from scbm.model import PlannerIdentity, RunPlans
-from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable, always
+from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable
 from scbm.planning.plan_search import brief_answer, search_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.model import BehaviorModel
-    from scbm.planning.plan_answers import Answer, ShouldContinue
-    from scbm.planning.planning_task import Problem, Task
-
-
-@dataclass(frozen=True, slots=True)
-class PlanProblem:
-    """One planning problem: find operations that lead from `start` to a state in which `is_goal` holds.
-
-    States are packed integers of `task`. `task.successors(state)` gives each enabled operation, by its index in
-    `task.operations`, with the state that it leads to.
-
-    Attributes:
-        problem: the model and the goal, with their packed task.
-        start: the packed state to plan from.
-        should_continue: called at intervals by long searches, through `raise_if_cancelled`.
-    """
-
-    problem: Problem
-    start: int
-    should_continue: ShouldContinue = always
-
-    @property
-    def task(self) -> Task:
-        """The model as a packed transition system."""
-        return self.problem.task
-
-    @property
-    def is_goal(self) -> Callable[[int], bool]:
-        """Whether the goal holds in a packed state."""
-        return self.problem.is_goal
+    from scbm.planning.plan_answers import Answer
+    from scbm.planning.planning_task import PlanProblem
 
 
 class PlanFunction(Protocol):

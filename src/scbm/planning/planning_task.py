@@ -16,6 +16,7 @@ from scbm.model import Assign, Constant, Packing
 from scbm.model.normal_form import AllOf, OneOf, indices_of, is_cube, normal_form
 from scbm.model.predicates import TRUE
 from scbm.planning.engines import Move, MovePart, Region, TransitionSystem, narrowed, relevant
+from scbm.planning.plan_answers import always
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from scbm.model.normal_form import NormalForm
     from scbm.planning.engines.reduced_system import ReducedSystem, SystemReducer
     from scbm.planning.greedy_search import GreedySearch, PackedMoves
+    from scbm.planning.plan_answers import ShouldContinue
     from scbm.planning.searches import PlanSearch
 
     Step: TypeAlias = Callable[[int], int | None]
@@ -253,3 +255,31 @@ def _step(move: Move, packing: Packing) -> Step:
         return complete(between)
 
     return step
+
+
+@dataclass(frozen=True, slots=True)
+class PlanProblem:
+    """One planning problem: find operations that lead from `start` to a state in which `is_goal` holds.
+
+    States are packed integers of `task`. `task.successors(state)` gives each enabled operation, by its index in
+    `task.operations`, with the state that it leads to.
+
+    Attributes:
+        problem: the model and the goal, with their packed task.
+        start: the packed state to plan from.
+        should_continue: called at intervals by long searches, through `raise_if_cancelled`.
+    """
+
+    problem: Problem
+    start: int
+    should_continue: ShouldContinue = always
+
+    @property
+    def task(self) -> Task:
+        """The model as a packed transition system."""
+        return self.problem.task
+
+    @property
+    def is_goal(self) -> Callable[[int], bool]:
+        """Whether the goal holds in a packed state."""
+        return self.problem.is_goal

@@ -23,8 +23,8 @@ from scbm.planning.plan_answers import (
     raise_if_cancelled,
 )
 from scbm.planning.plan_search import POLL_INTERVAL
-from scbm.planning.planners import PlanProblem, canonical
-from scbm.planning.planning_task import system_of
+from scbm.planning.planners import canonical
+from scbm.planning.planning_task import PlanProblem, system_of
 
 if TYPE_CHECKING:
     from scbm.planning.engines.exploration import Distances

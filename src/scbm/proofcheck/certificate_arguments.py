@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Value
     from scbm.model.json_reader import JsonPath
     from scbm.proofcheck.certificate import Certificate, ClaimedObligation, Queue
-    from scbm.proofcheck.certificate_json import CertificateParts
+    from scbm.proofcheck.certificate_parts import CertificateParts
 
 
 _FACTS = {fact.name.lower(): fact for fact in Fact}

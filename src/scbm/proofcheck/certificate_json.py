@@ -7,7 +7,7 @@ Whether a variable, a value or a claim exists in the model is not a question of 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from scbm.model import (
     Diagnostic,
@@ -19,15 +19,15 @@ from scbm.model import (
     Slug,
     refuse_other_version,
 )
-from scbm.model.json_reader import JsonError, line_and_column, quoted, read_json, value_positions
+from scbm.model.json_reader import JsonError, line_and_column, read_json, value_positions
 from scbm.proofcheck.certificate import Certificate, RunsArgument
 from scbm.proofcheck.certificate_arguments import ARGUMENTS, json_list, json_text
+from scbm.proofcheck.certificate_parts import MAX_WORD, CertificateParts, FaultError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
     from typing import TypeVar
 
-    from scbm.model import Value
     from scbm.model.json_reader import JsonPath
 
     Part = TypeVar("Part")
@@ -56,24 +56,10 @@ def _planner_text(planner: PlannerIdentity | None) -> str:
 
 MAX_CHARACTERS = 256 * 1024 * 1024
 """Maximum size of a certificate that is read, in characters; it has some hundred thousand situations."""
-MAX_WORD = 1_000
-"""Maximum number of characters of a name or a reason."""
-MAX_FAULTS = 100
-"""Maximum number of faults that are reported for one certificate."""
 
 _VERSION = "scbm_certificate"
 _HEAD = (_VERSION, "model", "digest", "claims", "argument", "planner", "goals", "plans")
-_MAX_NUMBER = 2**63
 _DIGEST = re.compile(r"[0-9a-f]{64}")
-
-
-class _FaultError(Exception):
-    """Something is wrong with the value at a path."""
-
-    def __init__(self, path: JsonPath, message: str) -> None:
-        super().__init__(message)
-        self.path = path
-        self.message = message
 
 
 def read_certificate(text: str, file: str = "certificate") -> Certificate:
@@ -91,7 +77,7 @@ def read_certificate_file(text: str, file: str = "certificate") -> tuple[Certifi
     if isinstance(document, dict) and _VERSION in document:
         remedy = "close its model again: `scbm close MODEL --out DIRECTORY`"
         refuse_other_version("certificate", document[_VERSION], FORMAT_VERSION, Place(file), remedy)
-    reading = CertificateParts()
+    reading = _CertificateReader()
     read = reading.read(document)
     if read is None:
         found = value_positions(text, (fault.path for fault in reading.faults))
@@ -105,30 +91,26 @@ def _diagnostic(message: str, text: str, file: str, position: int) -> Diagnostic
     return Diagnostic(Slug.BAD_CERTIFICATE, message, Place(file, line, column), source_line=source)
 
 
-class CertificateParts:
-    """Goes through a document and keeps all that is wrong with it."""
-
-    def __init__(self) -> None:
-        self.faults: list[_FaultError] = []
-        self._words: dict[str, str] = {}
+class _CertificateReader(CertificateParts):
+    """Reads a document as a certificate."""
 
     def read(self, document: object) -> tuple[Certificate, str | None] | None:
         """Return the certificate and the model file that it names, if any; `None` if there are faults."""
         try:
             certificate = self._certificate(document)
             model_file = self._model_file(document)
-        except _FaultError as fault:
+        except FaultError as fault:
             self.faults.append(fault)
             return None
         return None if self.faults else (certificate, model_file)
 
     def _certificate(self, document: object) -> Certificate:
         if not isinstance(document, dict) or _VERSION not in document:
-            raise _FaultError((), "this is not a certificate of scbm")
+            raise FaultError((), "this is not a certificate of scbm")
         kind = document.get("argument")
         if not isinstance(kind, str) or kind not in ARGUMENTS:
             path: JsonPath = ("argument",) if "argument" in document else ()
-            raise _FaultError(path, f"the key `argument` is one of: {', '.join(ARGUMENTS)}")
+            raise FaultError(path, f"the key `argument` is one of: {', '.join(ARGUMENTS)}")
         optional = ("model_file",) if "model_file" in document else ()
         self.keys(document, (*_HEAD, *optional, *ARGUMENTS[kind].keys), ())
         self._refuse_other_runs(document, kind)
@@ -149,7 +131,7 @@ class CertificateParts:
         }
         for key, words in known.items():
             if document[key] not in tuple(words):
-                raise _FaultError((key,), f"expected one of: {', '.join(words)}")
+                raise FaultError((key,), f"expected one of: {', '.join(words)}")
 
     def _planner(self, value: object, path: JsonPath) -> PlannerIdentity | None:
         """Return the planner that a certificate names, if any."""
@@ -164,81 +146,10 @@ class CertificateParts:
         """Return the path of the model that a document names; certificates outside of files name none."""
         written = document.get("model_file") if isinstance(document, dict) else None
         if written is not None and (not isinstance(written, str) or not 0 < len(written) <= MAX_WORD):
-            raise _FaultError(("model_file",), f"the path of a model is a text of 1 to {MAX_WORD} characters")
+            raise FaultError(("model_file",), f"the path of a model is a text of 1 to {MAX_WORD} characters")
         return written
-
-    # the parts
 
     def _digest(self, value: object, path: JsonPath) -> str:
         if not isinstance(value, str) or not _DIGEST.fullmatch(value):
-            raise _FaultError(path, "a digest has 64 digits, `0` to `9` and `a` to `f`")
+            raise FaultError(path, "a digest has 64 digits, `0` to `9` and `a` to `f`")
         return value
-
-    def value(self, value: object, path: JsonPath) -> Value:
-        """Return a value of a variable."""
-        if isinstance(value, bool):
-            return value
-        if isinstance(value, int):
-            if abs(value) > _MAX_NUMBER:
-                raise _FaultError(path, "this is a number that no variable can have")
-            return value
-        if isinstance(value, float):
-            raise _FaultError(path, f"`{value}` is not a whole number")
-        return self.word(value, path)
-
-    def word(self, value: object, path: JsonPath) -> str:
-        """Return a name, a symbol or a reason. The same words recur in every situation, and are kept once."""
-        if isinstance(value, str) and value in self._words:
-            return self._words[value]
-        if not isinstance(value, str) or not value.isprintable() or not 0 < len(value) <= MAX_WORD:
-            raise _FaultError(path, f"expected a text of one line with 1 to {MAX_WORD} characters")
-        return self._words.setdefault(value, value)
-
-    def each(self, value: object, path: JsonPath, read: Callable[[Any, JsonPath], Part]) -> tuple[Part, ...]:
-        """Return all elements of a list; what is wrong with one of them is kept, and the others are read."""
-        if not isinstance(value, list):
-            raise _FaultError(path, "expected a list")
-        parts: list[Part] = []
-        for index, element in enumerate(value):
-            try:
-                parts.append(read(element, (*path, index)))
-            except _FaultError as fault:
-                self.faults.append(fault)
-                if len(self.faults) >= MAX_FAULTS:
-                    raise
-        return tuple(parts)
-
-    def values(self, value: object, path: JsonPath) -> tuple[Value, ...]:
-        """Return a list of values of variables: there may be millions of lists, of few words."""
-        words = self._words
-        if type(value) is not list:
-            return self.each(value, path, self.value)
-        try:
-            return tuple([part if part is True or part is False else words[part] for part in value])
-        except (KeyError, TypeError):  # a number, a new word, or no value at all
-            return self.each(value, path, self.value)
-
-    def words(self, value: object, path: JsonPath) -> tuple[str, ...]:
-        """Return a list of words."""
-        if type(value) is not list:
-            return self.each(value, path, self.word)
-        try:
-            return tuple([self._words[part] for part in value])
-        except (KeyError, TypeError):  # a new word, or no word at all
-            return self.each(value, path, self.word)
-
-    def keys(self, value: object, keys: tuple[str, ...], path: JsonPath) -> dict[str, Any]:
-        """Return an object that has exactly these keys."""
-        if not isinstance(value, dict):
-            raise _FaultError(path, f"expected an object with the keys {', '.join(keys)}")
-        for key in keys:
-            if key not in value:
-                raise _FaultError(path, f"the key `{key}` is missing")
-        for key in value:
-            if key not in keys:
-                raise _FaultError((*path, key), f"{quoted(key)} is not a key here")
-        return value
-
-    def refuse(self, path: JsonPath, message: str) -> NoReturn:
-        """Refuse the value at a path."""
-        raise _FaultError(path, message)

@@ -35,27 +35,13 @@ from msgspec import Struct
 
 from scbm.model import And, Constant, Equal, Member, OperationState, Reference, Truth
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE
+from scbm.running.compiled_steps import OperationPart
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scbm.model import Action, Operation, Predicate
-    from scbm.running.program import CompiledStep, RunnableOperation
-
-
-class OperationPart(Enum):
-    """The part of an operation whose guard and actions a rule takes."""
-
-    PRE = "the precondition"
-    POST = "the postcondition"
-    FAILED = "the `failed` transition"
-    TIMEDOUT = "the `timedout` actions, without a guard"
-    NOTHING = "neither a guard nor actions"
-
-    @property
-    def key(self) -> str:
-        """The key of the part in a model file; `NOTHING` has none."""
-        return self.name.lower()
+    from scbm.running.compiled_steps import CompiledStep, RunnableOperation
 
 
 class PlanEffect(Enum):

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 
     from scbm.cases.trace import Changes, Record
     from scbm.model.packing import Test
-    from scbm.running.program import CompiledStep, Program, RequestLine, RunnableOperation
+    from scbm.running.compiled_model import CompiledModel
+    from scbm.running.compiled_steps import CompiledStep, RequestLine, RunnableOperation
 
 
 class AutomaticMove(NamedTuple):
@@ -52,7 +53,7 @@ class AutomaticMove(NamedTuple):
     after: int
 
 
-def next_automatic(program: Program, state: int) -> AutomaticMove | None:
+def next_automatic(program: CompiledModel, state: int) -> AutomaticMove | None:
     """Return the first automatic transition in the file whose guard holds and that changes a packed state."""
     for mask, bits, step in program.automatic_cubes:  # most are ruled out without a call
         if state & mask != bits or not step.test(state):
@@ -68,7 +69,7 @@ def next_automatic(program: Program, state: int) -> AutomaticMove | None:
     return None
 
 
-def find_cycle(program: Program, state: int, bound: int) -> tuple[str, ...]:
+def find_cycle(program: CompiledModel, state: int, bound: int) -> tuple[str, ...]:
     """Return `name_cycle` of the chain of automatic transitions from `state`; empty if it ends within `bound`."""
     taken: list[tuple[str, int]] = []
     seen: dict[int, None] = {}
@@ -171,19 +172,22 @@ class MicroSteps:
         macro_steps: the macro-steps that runners have taken so far, by the packed state and the queue before.
     """
 
-    def __init__(self, program: Program, goal: Test | None, most_memoized: int = _MAX_MEMOIZED) -> None:
+    def __init__(
+        self, program: CompiledModel, goal: Test | None, memoized: MemoizedSteps, most_memoized: int = _MAX_MEMOIZED
+    ) -> None:
         """Prepare the micro-steps.
 
         Args:
             program: the compiled model.
             goal: whether the goal holds in a packed state; `None` while no goal is pursued.
+            memoized: the micro-steps that other goals of the program share.
             most_memoized: maximum number of packed states whose micro-step is memoized.
         """
         self._program = program
         self._is_pursuing = goal is not None
         self._goal = goal or _never
         self._aborted_mask, self._aborted_bits = program.aborted
-        self._memoized = {} if goal is None else program.memoized_steps
+        self._memoized = {} if goal is None else memoized
         self._most_memoized = most_memoized
         self.macro_steps: dict[tuple[int, PlanQueue], MacroStep] = {}
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from scbm.cases.trace import Changes
     from scbm.model import BehaviorModel, Packing, Value
-    from scbm.running.program import CompiledStep, RequestLine
+    from scbm.running.compiled_steps import CompiledStep, RequestLine
 
 
 _MOST_STATES = 10_000

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from scbm.running.program import RequestLine
+    from scbm.running.compiled_steps import RequestLine
 
 _MAX_REMEMBERED = 1_024
 """Maximum number of answered requests that are kept, to distinguish a repeated reply from a late one."""

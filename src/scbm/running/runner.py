@@ -83,9 +83,10 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Changes
     from scbm.model import Predicate, Value
     from scbm.model.packing import Test
+    from scbm.running.compiled_steps import CompiledStep, RequestLine
     from scbm.running.micro_steps import PlanQueue
     from scbm.running.outside_changes import Maker
-    from scbm.running.program import CompiledStep, Program, RequestLine
+    from scbm.running.program import Program
 
 
 _WELL = Condition()
@@ -251,7 +252,7 @@ class Runner:
 
     @property
     def packed_state(self) -> int:
-        """The state as `program.packing` packs it."""
+        """The state as the program packs it."""
         return self._state
 
     @property

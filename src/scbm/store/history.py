@@ -1,7 +1,4 @@
-"""The content of a coverage store: a model, its runs, and the visits of each case. A value, without I/O.
-
-Logs of runs over nodes are the texts of log files, compressed.
-"""
+"""The content of a coverage store: a model, its runs, and the visits of each case. A value, without I/O."""
 
 from __future__ import annotations
 
@@ -11,8 +8,6 @@ from functools import cached_property
 from hashlib import sha256
 from json import dumps
 from typing import TYPE_CHECKING, TypeAlias
-from zlib import compress, decompressobj
-from zlib import error as damaged
 
 from scbm.cases.coverage import Coverage, LiftedStatuses, Obligations, Statuses
 from scbm.cases.trace import End
@@ -318,27 +313,3 @@ def key_of(recipe: Recipe, model_digest: str, planner: str = FIRST_PLANNER.name)
     parts += [] if recipe.real is None else [recipe.real]
     parts += [] if planner == FIRST_PLANNER.name else [planner]
     return sha256(dumps([model_digest, *parts]).encode()).digest()[:_KEY_BYTES]
-
-
-MAX_LOG_BYTES = 256 * 1024 * 1024
-"""A log may be so large, as in a file."""
-
-
-def packed_log(text: str) -> bytes:
-    """Return a log, compressed; raise `ValueError` if it is larger than any that is read."""
-    data = text.encode()
-    if len(data) > MAX_LOG_BYTES:
-        raise ValueError("the log is too large")
-    return compress(data)
-
-
-def unpacked_log(packed: bytes) -> str:
-    """Return the text of a log; raise `ValueError` if this is none, is damaged, or would be too large."""
-    unpacking = decompressobj()
-    try:
-        data = unpacking.decompress(packed, MAX_LOG_BYTES)
-    except damaged:
-        raise ValueError("the log is damaged") from None
-    if not unpacking.eof or unpacking.unused_data:
-        raise ValueError("the log is cut off, or too large")
-    return data.decode()

@@ -13,7 +13,8 @@ from scbm.cases import Network
 from scbm.files import Scope, digest_of, parse_requirement, read_case, read_network, write_case, write_network
 from scbm.model import InputError, PlannerIdentity, Requirement
 from scbm.planning import DEFAULT_PLANNER, DRAWN_PLANS, PLANNERS, model_planned_by
-from scbm.store.history import Drawn, Written, unpacked_log
+from scbm.store.history import Drawn, Written
+from scbm.store.packed_logs import unpacked_log
 from scbm.testing import RandomCases, Tester
 
 if TYPE_CHECKING:

@@ -18,14 +18,8 @@ from scbm.cases.trace import End
 from scbm.files import digest_of, read_model, write_model
 from scbm.model import LiftedOrigin, ObjectLists, PlannerChoice, PlannerIdentity
 from scbm.model.json_reader import convert_json, read_json
-from scbm.store.history import (
-    Drawn,
-    ModelSource,
-    Recipe,
-    StoredRun,
-    Written,
-    unpacked_log,
-)
+from scbm.store.history import Drawn, ModelSource, Recipe, StoredRun, Written
+from scbm.store.packed_logs import unpacked_log
 from scbm.store.store_schema import TABLES
 from scbm.store.stored_evidence import (
     StoredCertificate,

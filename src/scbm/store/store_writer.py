@@ -25,10 +25,11 @@ from scbm.cases.trace import End
 from scbm.files import digest_of
 from scbm.model import Slug
 from scbm.planning import planner_of_random_runs
-from scbm.store.history import MAX_LOG_BYTES, ModelSource, StoredRun, key_of, packed_log, sayable
+from scbm.store.history import ModelSource, StoredRun, key_of, sayable
 from scbm.store.history_reader import NO_OTHERS, visits_under_other_objects
 from scbm.store.model_edits import difference, has_other_objects
 from scbm.store.mutant_tables import MutantTables
+from scbm.store.packed_logs import MAX_LOG_BYTES, packed_log
 from scbm.store.store_file import (
     has_tables,
     make_tables,

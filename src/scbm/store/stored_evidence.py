@@ -11,7 +11,7 @@ from scbm import __version__
 from scbm.cases.coverage import Decision, StatusProof
 from scbm.model import Waiver
 from scbm.model.json_reader import convert_json, read_json
-from scbm.store.history import packed_log, unpacked_log
+from scbm.store.packed_logs import packed_log, unpacked_log
 from scbm.testing import Excuse
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from scbm.testing.batches.campaign_runs import StopRule, run_campaign
     from scbm.testing.batches.campaign_work import CampaignWork
     from scbm.testing.batches.worker_processes import WorkerProcesses
-    from scbm.testing.campaign import FORMAT_VERSION, Campaign, CaseResult, campaign_json, coverage_json
+    from scbm.testing.campaign import Campaign, CaseResult
+    from scbm.testing.campaign_results_json import FORMAT_VERSION, campaign_json, coverage_json
     from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
     from scbm.testing.random_cases import RandomCases, draw_network
     from scbm.testing.random_streams import reaction_stream
@@ -67,7 +68,8 @@ __getattr__ = lazy_exports(
         "batches.campaign_runs": "StopRule run_campaign",
         "batches.campaign_work": "CampaignWork",
         "batches.worker_processes": "WorkerProcesses",
-        "campaign": "FORMAT_VERSION Campaign CaseResult campaign_json coverage_json",
+        "campaign": "Campaign CaseResult",
+        "campaign_results_json": "FORMAT_VERSION campaign_json coverage_json",
         "shrinking.case_sizes": "Choice Size",
         "real_drivers": "Answers",
         "findings": "MAX_SHRUNK Finding find_causes",

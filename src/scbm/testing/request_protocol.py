@@ -13,7 +13,8 @@ from scbm.model.normal_form import normal_form
 from scbm.model.satisfiability import satisfiable
 from scbm.model.sources import outside_values, replied
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, RequestState, Role, operation_state_name
-from scbm.running.lifecycle import OperationPart, states_trying
+from scbm.running.compiled_steps import OperationPart
+from scbm.running.lifecycle import states_trying
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

@@ -16,9 +16,10 @@ from scbm.model import PlanState
 from scbm.model.sources import outside_groups
 from scbm.planning import PlanCache, Planner, Solved, Unsolvable
 from scbm.running import Program
+from scbm.running.untimed.noted_steps import NotedSteps
 from scbm.running.untimed.plan_queues import CanonicalQueues
 from scbm.running.untimed.relevance import Relevance
-from scbm.running.untimed.run_notes import NotedSteps, NoteKind
+from scbm.running.untimed.run_notes import NoteKind
 from scbm.running.untimed.situations import (
     ANSWER,
     HappeningKind,

@@ -9,7 +9,7 @@ import pytest
 
 from scbm.cases.coverage import Aspect
 from scbm.closing import Closer, Decision
-from scbm.closing.proved_statuses import assumed_by
+from scbm.closing.certificate_files import assumed_by
 from scbm.files import digest_of, load_model, read_case, read_model, write_case
 from scbm.model import BehaviorModel, Outcome
 from scbm.proofcheck import check_certificate

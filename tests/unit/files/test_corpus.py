@@ -13,7 +13,8 @@ import pytest
 
 from scbm.files import load_model, read_model
 from scbm.files.codec.binding_keys import RosKeys
-from scbm.files.yaml.text_files import MAX_BYTES, MAX_ERRORS
+from scbm.files.yaml.error_collector import MAX_ERRORS
+from scbm.files.yaml.text_files import MAX_BYTES
 from scbm.model import InputError, PlannerChoice, RunsDeclaration, Slug, format_duration, format_value
 from support.profiles import longer_but_one_in, slow_beyond
 from support.wording import Wording

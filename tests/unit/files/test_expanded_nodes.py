@@ -17,8 +17,9 @@ from scbm.files.expansion.expanded_nodes import (
 )
 from scbm.files.expansion.stages import expand
 from scbm.files.yaml.document import YamlNode
+from scbm.files.yaml.error_collector import ErrorCollector
 from scbm.files.yaml.source_text import Scalar
-from scbm.files.yaml.text_files import ErrorCollector, read_tree
+from scbm.files.yaml.text_files import read_tree
 from scbm.model import Place, Slug
 
 TEXT = """goals:

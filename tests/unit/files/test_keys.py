@@ -20,7 +20,8 @@ from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.key_reference import json_schema, key_table, mappings_of
 from scbm.files.language.scope import Scope
-from scbm.files.yaml.text_files import ErrorCollector, read_tree
+from scbm.files.yaml.error_collector import ErrorCollector
+from scbm.files.yaml.text_files import read_tree
 from scbm.model import InputError, Slug
 from support.shared_models import clear_models
 from support.wording import Wording

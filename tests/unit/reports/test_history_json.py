@@ -9,7 +9,7 @@ from pathlib import Path
 from scbm.cases.coverage.set_cover import Cover
 from scbm.reports.ci.history_json import history_json, smallest_json
 from scbm.store import Drawn
-from scbm.testing.campaign import coverage_json
+from scbm.testing.campaign_results_json import coverage_json
 from support.histories import EXAMPLE, history_of, with_lost_cases
 
 CASES = sorted((EXAMPLE / "cases").glob("*.yaml"))

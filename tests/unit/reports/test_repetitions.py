@@ -16,7 +16,7 @@ from scbm.model import Outcome
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.terminal.failure_report import failure_lines
 from scbm.testing import Execution, Tester
-from scbm.testing.campaign import repetition_json
+from scbm.testing.campaign_results_json import repetition_json
 from support.wording import Wording
 
 RISING_EDGE = """

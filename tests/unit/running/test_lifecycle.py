@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 from scbm.model import OperationState
-from scbm.running.lifecycle import (
-    LIFECYCLE,
-    OperationPart,
-    PlanEffect,
-    is_current_in,
-    parts_by_end,
-    states_trying,
-    timer_moves,
-)
+from scbm.running.compiled_steps import OperationPart
+from scbm.running.lifecycle import LIFECYCLE, PlanEffect, is_current_in, parts_by_end, states_trying, timer_moves
 
 
 def test_every_state_has_rules_and_every_state_is_reached() -> None:

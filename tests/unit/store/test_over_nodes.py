@@ -222,14 +222,14 @@ def test_a_log_that_grows_too_large_is_damage(path: Path, monkeypatch: pytest.Mo
     execution = real_run(MODEL, drawn()[0])
     size = len(log_text(MODEL, execution).encode())
     add(path, nodes_run(1), execution)
-    monkeypatch.setattr("scbm.store.history.MAX_LOG_BYTES", size)
+    monkeypatch.setattr("scbm.store.packed_logs.MAX_LOG_BYTES", size)
     assert shown(read_history(path)) == [execution.digest]
-    monkeypatch.setattr("scbm.store.history.MAX_LOG_BYTES", size - 1)
+    monkeypatch.setattr("scbm.store.packed_logs.MAX_LOG_BYTES", size - 1)
     complaint(path)
 
 
 def test_a_log_that_is_too_large_is_not_kept(path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
-    monkeypatch.setattr("scbm.store.history.MAX_LOG_BYTES", 10)
+    monkeypatch.setattr("scbm.store.packed_logs.MAX_LOG_BYTES", 10)
     with wording.raises(InputError):
         add(path, nodes_run(1), real_run(MODEL, drawn()[0]))
 

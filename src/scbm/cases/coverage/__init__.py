@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         MutantNotice,
         MutantStatus,
     )
+    from scbm.cases.coverage.coverage_thresholds import ASSERTED, COVERABLE, KINDS, LIFTED, Threshold
     from scbm.cases.coverage.lifted_obligations import (
         InstanceFolds,
         LiftedStatus,
@@ -26,18 +27,7 @@ if TYPE_CHECKING:
         instances_of,
         lifted_names,
     )
-    from scbm.cases.coverage.obligations import (
-        ASSERTED,
-        COVERABLE,
-        KINDS,
-        LIFTED,
-        STATE_ASPECTS,
-        Aspect,
-        Figure,
-        Obligation,
-        Obligations,
-        Threshold,
-    )
+    from scbm.cases.coverage.obligations import STATE_ASPECTS, Aspect, Figure, Obligation, Obligations
     from scbm.cases.coverage.set_cover import Cover, smallest_cover
     from scbm.cases.coverage.statuses import (
         FORCED_NOTE,
@@ -118,7 +108,8 @@ __getattr__ = lazy_exports(
         "lifted_obligations": (
             "InstanceFolds LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of lifted_names"
         ),
-        "obligations": "ASSERTED COVERABLE KINDS LIFTED STATE_ASPECTS Aspect Figure Obligation Obligations Threshold",
+        "obligations": "STATE_ASPECTS Aspect Figure Obligation Obligations",
+        "coverage_thresholds": "ASSERTED COVERABLE KINDS LIFTED Threshold",
         "set_cover": "Cover smallest_cover",
         "statuses": (
             "FORCED_NOTE Decision ObligationStatus Statuses StatusProof WaiverReview count_statuses coverable_figure "

@@ -18,7 +18,7 @@ from scbm.model import InputError
 from scbm.reports import counted
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
 from scbm.store import StoredCertificate, begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
-from scbm.testing.campaign import lifted_json
+from scbm.testing.campaign_results_json import lifted_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

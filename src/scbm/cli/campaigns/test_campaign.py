@@ -11,7 +11,7 @@ from scbm.cases.coverage import LiftedStatuses, Statuses
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.campaigns.suite_recording import update_hint
-from scbm.cli.main import INTERRUPTED
+from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_inputs
 from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
 from scbm.cli.options.option_errors import OptionReader, refuse_given
@@ -26,7 +26,7 @@ from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import shown_path
 from scbm.testing import MAX_SHRUNK, Tester, campaign_json, case_texts, find_causes, load_suite
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
-from scbm.testing.campaign import lifted_json, statuses_json
+from scbm.testing.campaign_results_json import lifted_json, statuses_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

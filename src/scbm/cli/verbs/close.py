@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from scbm.cli.campaigns.suite import Suite
-from scbm.cli.main import INTERRUPTED
+from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
 from scbm.cli.options.command_inputs import Reads

@@ -7,7 +7,7 @@ import typer
 
 from scbm.cases.coverage import Obligation, Obligations, instances_of, lifted_names
 from scbm.cli.campaigns.suite import Suite
-from scbm.cli.main import INTERRUPTED
+from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.planner_options import RunPlanner

@@ -49,7 +49,7 @@ from scbm.model.variables import (
 from scbm.planning import LimitReached, NoPlanFound, PlanLimits, Planner, Reach, Task, Unsolvable, explore
 from scbm.planning.engines import Move, MovePart, TransitionSystem, may_leave
 from scbm.running import Program
-from scbm.running.lifecycle import OperationPart
+from scbm.running.compiled_steps import OperationPart
 from scbm.running.micro_steps import describe_cycle, find_cycle
 
 if TYPE_CHECKING:

@@ -29,7 +29,8 @@ from scbm.model import (
     format_value,
 )
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE
-from scbm.running.lifecycle import OperationPart, is_current_in, states_trying
+from scbm.running.compiled_steps import OperationPart
+from scbm.running.lifecycle import is_current_in, states_trying
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.closing.proofs.blame import nearest_of
+from scbm.closing.proofs.nearest_misses import nearest_of
 from scbm.closing.summaries import listed
 from scbm.model.predicates import conjuncts
 from scbm.model.sources import outside_values
@@ -13,7 +13,7 @@ from scbm.planning import explore
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.closing.proofs.blame import NearestMiss
+    from scbm.closing.proofs.nearest_misses import NearestMiss
     from scbm.model import BehaviorModel, Operation, Predicate, State
     from scbm.planning import Planner
     from scbm.planning.planning_task import Task

@@ -39,7 +39,8 @@ from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_na
 from scbm.planning.engines import Move, MovePart, TransitionSystem
 from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
 from scbm.planning.engines.joint_moves import joint_moves
-from scbm.running.lifecycle import LIFECYCLE, OperationPart, guard_and_actions, is_current_in, states_trying
+from scbm.running.compiled_steps import OperationPart
+from scbm.running.lifecycle import LIFECYCLE, guard_and_actions, is_current_in, states_trying
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

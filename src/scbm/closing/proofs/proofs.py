@@ -14,7 +14,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation
-from scbm.closing.proofs.blame import nearest_miss
+from scbm.closing.proofs.nearest_misses import nearest_miss
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
 from scbm.closing.runs.all_runs import AllRuns, RunScope
 from scbm.files import digest_of
@@ -44,7 +44,8 @@ from scbm.proofcheck import (
     StructureArgument,
     ValuesArgument,
 )
-from scbm.running.lifecycle import OperationPart, is_current_in, states_trying
+from scbm.running.compiled_steps import OperationPart
+from scbm.running.lifecycle import is_current_in, states_trying
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import Edge, RunGraph
     from scbm.model import Action, BehaviorModel, Resource
-    from scbm.running.program import RequestLine
+    from scbm.running.compiled_steps import RequestLine
     from scbm.running.untimed.situations import Position
 
 _NONE = -1

@@ -13,11 +13,11 @@ from scbm.model import GoalOrder, PlanSet
 from scbm.model.distinguished_values import distinguished_groups
 from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
+from scbm.running.untimed.noted_steps import NotedSteps
 from scbm.running.untimed.plan_queues import AnyPlanQueues, CanonicalQueues
 from scbm.running.untimed.relevance import Relevance
 from scbm.running.untimed.rest_visits import MOST_RESTS
 from scbm.running.untimed.run_answers import SATISFICING_SHARE, RunAnswers
-from scbm.running.untimed.run_notes import NotedSteps
 from scbm.running.untimed.run_steps import RunSteps
 from scbm.running.untimed.situations import TooManyRepliesError, TooManyRestsError, Visits
 

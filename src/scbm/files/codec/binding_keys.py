@@ -28,8 +28,7 @@ from scbm.model.values import format_value
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scbm.files.codec.key_types import Entry
-    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.codec.value_reader import Entry, ValueReader
     from scbm.model import Place
     from scbm.model.behavior import BehaviorModel
     from scbm.model.operations import Action

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case, Network, RecordedRun
     from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.files.yaml.source_text import SourceText
-    from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import BehaviorModel
 
 _START = "a case begins with `case: <name>`"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from scbm.cases.trace import End
 from scbm.files.codec.keys import Data, Definitions, Keys, KeyType, ShapeCheck, Spot
-from scbm.files.codec.value_reader import ValueReader
+from scbm.files.codec.value_reader import Entry, ValueReader
 from scbm.files.language.quantities import DURATION_PATTERN
 from scbm.files.yaml.yaml_writer import FlowList, FlowMapping
 from scbm.model import Slug
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from scbm.files.language.scope import Where
     from scbm.files.yaml.document import YamlNode
-    from scbm.model import Place
 
 T = TypeVar("T")
 K = TypeVar("K", bound=Keys)
@@ -170,16 +169,6 @@ class ScalarOrMappingType(MappingType[K]):
     def schema(self, definitions: Definitions) -> dict[str, Data]:
         """Return the schema of both."""
         return {"anyOf": [self.json, super().schema(definitions)]}
-
-
-@dataclass(frozen=True, slots=True)
-class Entry(Generic[T]):
-    """An entry of a mapping from names: its name, the place of that, the node behind it, and the value of the node."""
-
-    name: str
-    place: Place
-    node: YamlNode
-    value: T
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import Plain, YamlNode
-    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.files.yaml.error_collector import ErrorCollector
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.files.yaml.instance_names import EntryInstance
     from scbm.files.yaml.source_text import SourceText
-    from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import BehaviorModel, Operation, Waiver
 
 

@@ -44,8 +44,7 @@ from scbm.model.variables import Variable, VariableSource, resource_variables, r
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.files.codec.key_types import Entry
-    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.codec.value_reader import Entry, ValueReader
     from scbm.files.yaml.document import YamlNode
 
 T = TypeVar("T")

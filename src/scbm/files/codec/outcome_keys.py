@@ -21,9 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.cases.trace import Changes
-    from scbm.files.codec.key_types import Entry
     from scbm.files.codec.keys import Definitions, ShapeCheck, Spot
-    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.codec.value_reader import Entry, ValueReader
     from scbm.files.yaml.document import YamlNode
 
 MAX_TIMES = 10_000

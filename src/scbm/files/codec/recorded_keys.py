@@ -13,7 +13,6 @@ from scbm.cases import RecordedGoal, RecordedRun
 from scbm.files.codec.key_types import (
     SCALAR_SCHEMA,
     TIME,
-    Entry,
     MappingListType,
     NamesType,
     ScalarType,
@@ -27,7 +26,7 @@ from scbm.model import FIRST_PLANNER, PlannerIdentity, Slug
 
 if TYPE_CHECKING:
     from scbm.files.codec.keys import Data
-    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.codec.value_reader import Entry, ValueReader
     from scbm.files.yaml.document import YamlNode
 
 _DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)

@@ -35,9 +35,8 @@ from scbm.model.variables import Role
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scbm.files.codec.key_types import Entry
     from scbm.files.codec.keys import Data, Definitions, ShapeCheck, Spot
-    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.codec.value_reader import Entry, ValueReader
     from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
     from scbm.model.values import Value

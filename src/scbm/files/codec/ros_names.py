@@ -13,8 +13,7 @@ from scbm.model import Place, Slug
 from scbm.model.bindings import SET_BOOL, TRIGGER, FieldType, MessageType, ServiceType
 
 if TYPE_CHECKING:
-    from scbm.files.codec.key_types import Entry
-    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.codec.value_reader import Entry, ValueReader
     from scbm.files.yaml.document import YamlNode
     from scbm.model.bindings import Binding
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.resolver import Resolver
@@ -18,10 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
     from fractions import Fraction
 
-    from scbm.files.codec.key_types import Entry
     from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.files.yaml.source_text import Scalar
-    from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model.requirements import RequirementForm
     from scbm.model.resources import Resource
     from scbm.model.variables import Variable
@@ -33,6 +33,16 @@ CASE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
 
 _LONG_DURATION = re.compile(r"\s*\d{16,}(?:\.\d+)?\s*[a-zµ]+\s*", re.ASCII)
 """A duration whose number has more digits than `parse_duration` reads."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry(Generic[T]):
+    """An entry of a mapping from names: its name, the place of that, the node behind it, and the value of the node."""
+
+    name: str
+    place: Place
+    node: YamlNode
+    value: T
 
 
 class ValueReader:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterator
 
     from scbm.files.yaml.document import YamlNode
-    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.files.yaml.error_collector import ErrorCollector
 
 _WITHOUT_NAMES = ("case", "model", "recorded")
 """The keys of a case whose values are no names of its model that people write."""

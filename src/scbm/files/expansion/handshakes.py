@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.files.yaml.source_text import Scalar
-    from scbm.files.yaml.text_files import ErrorCollector
 
 _AUTOMATIC = "automatic_transitions"
 

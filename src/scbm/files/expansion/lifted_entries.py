@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scbm.files.expansion.formulas import Choice, Formula
     from scbm.files.expansion.lifted_names import LiftedScope
     from scbm.files.expansion.static_facts import StaticFacts
-    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.model import Place
 
 _KEY = re.compile(r"(?P<base>[^\[\]]*?)\s*\[(?P<index>.*)\](?P<rest>[^\[\]]*)", re.DOTALL)

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from scbm.files.expansion.formulas import Choice
     from scbm.files.expansion.lifted_names import LiftedScope
     from scbm.files.expansion.lifted_tokens import Pieces
-    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.model import Place
 
 NodeKind: TypeAlias = Literal[

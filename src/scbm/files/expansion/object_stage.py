@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from scbm.files.expansion.formulas import Formula
     from scbm.files.expansion.node_templates import NodeKind, NodeTemplate
-    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.files.yaml.error_collector import ErrorCollector
 
 _INDEXED = ("variables", "resources", "operations")
 """The sections whose names have an index that predicates and actions use."""

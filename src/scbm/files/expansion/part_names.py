@@ -25,8 +25,8 @@ from scbm.model import Slug
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.files.yaml.source_text import Scalar
-    from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model import Place
 
 NAMED_SECTIONS = (

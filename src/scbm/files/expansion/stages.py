@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from scbm.files.expansion.stage_keys import PartKeyNames
     from scbm.files.yaml.document import YamlNode
-    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.files.yaml.error_collector import ErrorCollector
 
     Stage: TypeAlias = Callable[[YamlNode, ErrorCollector], YamlNode]
     """Returns the tree with the keys of this stage expanded, and the same tree if it has none of these keys.

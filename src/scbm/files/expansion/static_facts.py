@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from scbm.files.yaml.document import YamlNode
-    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.model import ObjectLists, Place
 
 WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)

@@ -22,7 +22,7 @@ from scbm.files.expansion.node_templates import (
 )
 from scbm.files.expansion.static_facts import StaticFacts, facts_of, joined, read_facts
 from scbm.files.spelling import nearest, suggestion
-from scbm.files.yaml.text_files import ErrorCollector
+from scbm.files.yaml.error_collector import ErrorCollector
 from scbm.model import Slug
 from scbm.model.variables import OperationState
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from scbm.files.language.resolver import Resolver
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import nearest, suggestion
-from scbm.files.yaml.text_files import ErrorCollector
+from scbm.files.yaml.error_collector import ErrorCollector
 from scbm.model import InputError, Place, Slug
 from scbm.model.values import Domain, Value, format_value
 from scbm.model.variables import State

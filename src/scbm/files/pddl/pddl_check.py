@@ -14,7 +14,7 @@ from scbm.files.pddl.condition_check import NUMBER, ConditionCheck
 from scbm.files.pddl.declared_names import PddlNames, remedy_for
 from scbm.files.pddl.pddl_nodes import FileFaults, read_nodes
 from scbm.files.spelling import nearest
-from scbm.files.yaml.text_files import MAX_ERRORS
+from scbm.files.yaml.error_collector import MAX_ERRORS
 from scbm.model import InputError
 
 if TYPE_CHECKING:

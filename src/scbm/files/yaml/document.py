@@ -32,7 +32,7 @@ from scbm.model import Place, Slug
 if TYPE_CHECKING:
     from ruamel.yaml.events import Event
 
-    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.files.yaml.error_collector import ErrorCollector
 
 MAX_USED_NODES = 5_000
 """Nodes below aliases whose errors name the alias. A file with more of them would take seconds to copy: its further

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from scbm.planning.plan_answers import Answer, Limit, LimitReached, Solved, Unsolvable, raise_if_cancelled
-from scbm.planning.searches.array_states import KeyCollisionError, MoveMatrix, VisitedStates, WordLayout, WordVectors
+from scbm.planning.searches.array_states import ArrayProblem, KeyCollisionError, VisitedStates
 from scbm.planning.searches.perimeter import Perimeter, TooManyGoalsError
 
 if TYPE_CHECKING:
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from scbm.model.normal_form import NormalForm
-    from scbm.planning.engines.reduced_system import ReducedSystem
     from scbm.planning.searches.array_states import Words
     from scbm.planning.searches.search_request import SearchRequest
 
@@ -42,16 +40,8 @@ PERIMETER_AFTER = 1 << 14
 """Number of expanded states after which the search goes on from both ends; fewer take less time than to prepare it."""
 
 
-class ArraySearch:
+class ArraySearch(ArrayProblem):
     """Finds canonical plans to one goal."""
-
-    def __init__(self, system: ReducedSystem, goal: NormalForm) -> None:
-        self.system = system
-        self.goal = goal
-        self.layout = WordLayout(system.counts)
-        self.vectors = WordVectors(self.layout, system.counts)
-        self.moves = MoveMatrix(system.moves, self.layout, self.vectors)
-        self.is_goal = self.vectors.test(goal)
 
     def answer(self, request: SearchRequest) -> Answer:
         """Return the answer of the breadth-first search.
@@ -74,7 +64,7 @@ class _ArrayLevels:
         parents: for each level after the first and each of its states the state and the move that it was found by.
     """
 
-    def __init__(self, search: ArraySearch, request: SearchRequest, attempt: int) -> None:
+    def __init__(self, search: ArrayProblem, request: SearchRequest, attempt: int) -> None:
         self._search = search
         self._request = request
         self._attempt = attempt

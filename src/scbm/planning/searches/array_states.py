@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scbm.model.packing import ValueTable
     from scbm.planning.engines.array_engine import Codes, Flags, Indices, Test
     from scbm.planning.engines.joint_moves import JointMove
-    from scbm.planning.engines.reduced_system import Coordinates
+    from scbm.planning.engines.reduced_system import Coordinates, ReducedSystem
 
     Words: TypeAlias = NDArray[np.uint64]
     """States as columns: `words[w, i]` is word w of state i."""
@@ -281,3 +281,24 @@ def multiplier(number: int) -> int:
 def _check(is_consistent: Flags) -> None:
     if not is_consistent.all():
         raise KeyCollisionError
+
+
+class ArrayProblem:
+    """A system and a goal, prepared for searches on arrays.
+
+    Attributes:
+        system: the system.
+        goal: the goal.
+        layout: the fields of packed states.
+        vectors: compiles normal forms for them.
+        moves: all moves as one matrix.
+        is_goal: whether the goal holds, for each of many states.
+    """
+
+    def __init__(self, system: ReducedSystem, goal: NormalForm) -> None:
+        self.system = system
+        self.goal = goal
+        self.layout = WordLayout(system.counts)
+        self.vectors = WordVectors(self.layout, system.counts)
+        self.moves = MoveMatrix(system.moves, self.layout, self.vectors)
+        self.is_goal = self.vectors.test(goal)

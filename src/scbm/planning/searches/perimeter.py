@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from scbm.planning.engines.array_engine import Flags
     from scbm.planning.engines.joint_moves import JointMove
     from scbm.planning.engines.reduced_system import Coordinates, ReducedSystem
-    from scbm.planning.searches.array_search import ArraySearch
-    from scbm.planning.searches.array_states import WordLayout, Words
+    from scbm.planning.searches.array_states import ArrayProblem, WordLayout, Words
 
 _MAX_GOALS = 1 << 16
 """Maximum number of goal states; with more of them a search backwards is of little use."""
@@ -46,7 +45,7 @@ class Perimeter:
         expanded: the number of states whose predecessors were computed.
     """
 
-    def __init__(self, search: ArraySearch, start: Coordinates, attempt: int) -> None:
+    def __init__(self, search: ArrayProblem, start: Coordinates, attempt: int) -> None:
         """Compute the goal states for a start. Raises `TooManyGoalsError`."""
         pairs = FactPairs(search.system, start)
         self._layout = search.layout
@@ -97,7 +96,7 @@ def _goal_states(system: ReducedSystem, goal: NormalForm, pairs: FactPairs, layo
 class _UndoMatrix:
     """All ways to undo moves on arrays of states, a column for each move and combination of overwritten values."""
 
-    def __init__(self, search: ArraySearch, pairs: FactPairs) -> None:
+    def __init__(self, search: ArrayProblem, pairs: FactPairs) -> None:
         self._layout = search.layout
         self._offsets = pairs.offsets
         columns = [column for move in search.system.moves for column in _undo_columns(move, search.system, pairs)]

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from scbm.plugins.pytest.session_stash import MODELS, models_of
+
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
@@ -19,9 +21,8 @@ if TYPE_CHECKING:
 
     from scbm.cases.coverage import Threshold
     from scbm.plugins.pytest.fixture import ModelUnderTest
-    from scbm.plugins.pytest.session_models import SessionModels
 
-_BENCH = pytest.StashKey["SessionModels"]()
+
 _STORED = pytest.StashKey[list[str]]()
 _SUFFIXES = (".yaml", ".yml")
 _SNIFFED_BYTES = 65_536
@@ -126,15 +127,6 @@ def scbm_model(request: pytest.FixtureRequest) -> Callable[..., ModelUnderTest]:
     return factory(models_of(request.config), request.path.parent)
 
 
-def models_of(config: pytest.Config) -> SessionModels:
-    """Return the models of a session with their results; made at the first call."""
-    if _BENCH not in config.stash:
-        from scbm.plugins.pytest.session_models import SessionModels
-
-        config.stash[_BENCH] = SessionModels(config)
-    return config.stash[_BENCH]
-
-
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:  # noqa: ANN401 - pytest-xdist has no types, and may not be there
     """Add the results of a worker of pytest-xdist."""
@@ -146,7 +138,7 @@ def pytest_testnodedown(node: Any) -> None:  # noqa: ANN401 - pytest-xdist has n
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Send the results to the main process, or judge their coverage."""
     config = session.config
-    models = config.stash.get(_BENCH, None)
+    models = config.stash.get(MODELS, None)
     if models is not None:
         models.results.place(session)
     output = getattr(config, "workeroutput", None)
@@ -164,7 +156,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """Write the coverability report, and the models that miss their threshold."""
-    if config.stash.get(_BENCH, None) is None and not _judges(config):
+    if config.stash.get(MODELS, None) is None and not _judges(config):
         return
     if hasattr(config, "workeroutput"):
         return

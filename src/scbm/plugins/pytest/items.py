@@ -10,8 +10,8 @@ import pytest
 
 from scbm.files import is_case_text, open_case, real_path
 from scbm.model import InputError
-from scbm.plugins.pytest import models_of
 from scbm.plugins.pytest.session_models import ModelResults, planner_words
+from scbm.plugins.pytest.session_stash import models_of
 from scbm.reports import failure_lines
 from scbm.testing.planner_override import planner_of_replay
 from scbm.testing.recorded_results import is_of_record

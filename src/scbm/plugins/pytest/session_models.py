@@ -8,7 +8,6 @@ from __future__ import annotations
 import pickle
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.model import BehaviorModel
-    from scbm.plugins.pytest.session_statuses import SessionStatuses
     from scbm.testing import CaseResult, Execution
     from scbm.testing.written_cases import WrittenCase
 
@@ -184,13 +182,6 @@ class SessionModels:
         self.config = config
         self.results = SessionResults()
         self._loaded: dict[Path, LoadedModel | InputError] = {}
-
-    @cached_property
-    def statuses(self) -> SessionStatuses:
-        """The statuses of the obligations of each model."""
-        from scbm.plugins.pytest.session_statuses import SessionStatuses  # noqa: PLC0415 - only the summary needs it
-
-        return SessionStatuses(self)
 
     def shown(self, path: Path) -> str:
         """Return a path relative to the directory in which pytest was called, if it is below it."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from scbm.cases.coverage import Statuses
     from scbm.closing.certificate_files import CertificateFile
-    from scbm.plugins.pytest.session_models import SessionModels, SessionPart
+    from scbm.plugins.pytest.session_models import SessionPart
 
 
 def read_threshold(text: str) -> Threshold:
@@ -46,9 +46,9 @@ def thresholds_of(config: pytest.Config) -> tuple[Threshold, ...]:
 class SessionStatuses:
     """The statuses of the obligations of the models of a session, of each model computed once."""
 
-    def __init__(self, models: SessionModels) -> None:
-        self._config = models.config
-        self._certificates = tuple(certificates_of(models.config))
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+        self._certificates = tuple(certificates_of(config))
         self._known: dict[Path, Statuses | None] = {}
 
     def of(self, part: SessionPart) -> Statuses | None:
@@ -67,6 +67,16 @@ class SessionStatuses:
         evidence = StatusEvidence.of(checked, WaiverReview.on(today(), model.waivers), model)
         goals = [entry.result.case.goals_in(model) for entry in part.entries]
         return evidence.statuses(campaign.coverage, campaign.forced, goals)
+
+
+_STATUSES = pytest.StashKey[SessionStatuses]()
+
+
+def statuses_of(config: pytest.Config) -> SessionStatuses:
+    """Return the statuses of a session; made at the first call."""
+    if _STATUSES not in config.stash:
+        config.stash[_STATUSES] = SessionStatuses(config)
+    return config.stash[_STATUSES]
 
 
 def certificates_of(config: pytest.Config) -> Iterator[CertificateFile]:

@@ -16,7 +16,7 @@ from scbm.files import read_file
 from scbm.model import InputError
 from scbm.model.visible_text import in_one_line
 from scbm.plugins.pytest.session_models import ModelResults
-from scbm.plugins.pytest.session_statuses import shortfalls, thresholds_of, words_of
+from scbm.plugins.pytest.session_statuses import shortfalls, statuses_of, thresholds_of, words_of
 from scbm.reports import Setting, counted, coverage_report
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
 from scbm.reports.terminal.visible_lines import visible_line
@@ -77,7 +77,7 @@ def summarize(models: SessionModels, terminal: pytest.TerminalReporter, *, judge
     if parts and style != "none":
         terminal.write_sep("=", "coverability")
         for number, part in enumerate(parts):
-            statuses = models.statuses.of(part)
+            statuses = statuses_of(models.config).of(part)
             for text in _full(part, statuses, is_first=not number) if style == "full" else _short(part, statuses):
                 terminal.write_line(_rendered(visible_line(text), coloured=terminal.hasmarkup))
     recordings = list(models.results.recordings())
@@ -132,5 +132,5 @@ def find_shortfalls(models: SessionModels) -> list[str]:
     if not parts:
         listed = ", ".join(map(words_of, wanted))
         return [f"FAIL Required coverability of {listed} not reached: no case was run."]
-    statuses = models.statuses
+    statuses = statuses_of(models.config)
     return [line for part in parts for each in wanted for line in shortfalls(part, each, statuses.of(part))]

@@ -5,26 +5,24 @@ The data about cases are columns of the list, details, and visitors of obligatio
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from json import dumps
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from scbm.cases.coverage import only_by, visitors_of_each
+from scbm.cases.coverage import only_by
 from scbm.model.visible_text import escaped, escaped_data
 from scbm.reports.figure_table import STATUS_MARKS, counted
 from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
-from scbm.reports.html.views import ReportView, breakable, fragment, prose
+from scbm.reports.html.views import ReportView, Visitors, breakable, fragment, prose
 from scbm.reports.stored_cases import again, causes_of, place_of, sort_of_place
 from scbm.store import Written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator
 
-    from scbm.cases.coverage import Obligation, Obligations
     from scbm.store import History, StoredCase
     from scbm.testing import Execution
 
@@ -95,23 +93,6 @@ def _numbered(values: Iterable[Hashable]) -> tuple[list[Hashable], list[int]]:
     numbers: dict[Hashable, int] = {}
     column = [numbers.setdefault(value, len(numbers)) for value in values]
     return list(numbers), column
-
-
-@dataclass(frozen=True, slots=True)
-class Visitors:
-    """The cases that visit each obligation, as ascending indices into `History.cases`."""
-
-    obligations: Obligations
-    by_bit: tuple[tuple[int, ...], ...]
-
-    @staticmethod
-    def of(history: History) -> Visitors:
-        """Return the visitors of all obligations, from one pass over the cases."""
-        return Visitors(history.obligations, visitors_of_each(history.coverage))
-
-    def visiting(self, obligation: Obligation) -> tuple[int, ...]:
-        """Return the indices of the cases that visit `obligation`."""
-        return self.by_bit[self.obligations.bit(obligation).bit_length() - 1]
 
 
 _STYLES = ("page.css", "timeline.css")

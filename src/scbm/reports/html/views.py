@@ -20,6 +20,7 @@ from scbm.cases.coverage import (
     forced_count_in_words,
     growth,
     status_counts_in_words,
+    visitors_of_each,
 )
 from scbm.model.visible_text import escaped
 from scbm.reports.asserted_lines import asserted_words
@@ -42,12 +43,12 @@ if TYPE_CHECKING:
         Figure,
         GrowthStep,
         LiftedStatuses,
+        Obligations,
         Statuses,
     )
     from scbm.model import Operation, Transition
     from scbm.reports.ci.marked_lines import MarkedLine
     from scbm.reports.html.entries import MissedGroup
-    from scbm.reports.html.page import Visitors
     from scbm.reports.missed_reasons import Missed
     from scbm.store import History, StoredRun
 
@@ -184,6 +185,23 @@ class FindingView:
     first: tuple[tuple[str, str], ...]
     again: str
     place: str
+
+
+@dataclass(frozen=True, slots=True)
+class Visitors:
+    """The cases that visit each obligation, as ascending indices into `History.cases`."""
+
+    obligations: Obligations
+    by_bit: tuple[tuple[int, ...], ...]
+
+    @staticmethod
+    def of(history: History) -> Visitors:
+        """Return the visitors of all obligations, from one pass over the cases."""
+        return Visitors(history.obligations, visitors_of_each(history.coverage))
+
+    def visiting(self, obligation: Obligation) -> tuple[int, ...]:
+        """Return the indices of the cases that visit `obligation`."""
+        return self.by_bit[self.obligations.bit(obligation).bit_length() - 1]
 
 
 class ReportView:

@@ -29,7 +29,7 @@ from scbm.reports.missed_reasons import close_command
 from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
 from scbm.running.simulation.excluded_values import EXCLUDED
-from scbm.testing.campaign import coverage_json, lifted_json
+from scbm.testing.campaign_results_json import coverage_json, lifted_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

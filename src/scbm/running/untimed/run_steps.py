@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from scbm.model.packing import Test
     from scbm.planning import Answer
     from scbm.running import Program
+    from scbm.running.compiled_steps import RequestLine
     from scbm.running.micro_steps import MicroStep
-    from scbm.running.program import RequestLine
     from scbm.running.untimed.plan_queues import FollowingOperation, PlanQueues
     from scbm.running.untimed.relevance import Relevance
     from scbm.running.untimed.situations import Visits
@@ -200,7 +200,7 @@ class RunSteps:
         self._bound = bound
         self._number = number
         self._is_sequence = is_sequence
-        self._steps = MicroSteps(program, goal, _MAX_MEMOIZED)
+        self._steps = MicroSteps(program, goal, program.memoized_steps, _MAX_MEMOIZED)
         self._idle_steps = program.micro_steps(None)
         self._planning = program.plan_states[PlanState.PLANNING]
         self._executing = program.plan_states[PlanState.EXECUTING]

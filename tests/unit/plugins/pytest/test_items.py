@@ -21,13 +21,13 @@ def test_where_there_are_no_cases_the_plugin_does_nothing(cell: pytest.Pytester)
     result.stdout.no_fnmatch_line("*yaml*")
 
 
-def test_the_plugin_itself_imports_no_other_package() -> None:
+def test_the_plugin_itself_imports_no_other_package_and_little_of_its_own() -> None:
     code = (
         "import sys, pytest; before = frozenset(sys.modules); import scbm.plugins.pytest\n"
         "print(*sorted(frozenset(sys.modules) - before))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["scbm", "scbm.plugins", "scbm.plugins.pytest"]
+    assert done.stdout.split() == ["scbm", "scbm.plugins", "scbm.plugins.pytest", "scbm.plugins.pytest.session_stash"]
 
 
 @pytest.mark.slow

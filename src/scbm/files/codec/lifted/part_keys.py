@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.key_types import NAME_NODE, Entry, MappingType, NamesType, ScalarOrListType, node_of
+from scbm.files.codec.key_types import NAME_NODE, MappingType, NamesType, ScalarOrListType, node_of
 from scbm.files.codec.keys import Data, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
 from scbm.files.expansion.stage_keys import PartKeyNames
 from scbm.files.yaml.document import YamlNode
 
 if TYPE_CHECKING:
-    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.codec.value_reader import Entry, ValueReader
 
 
 @dataclass(frozen=True)
