@@ -73,8 +73,8 @@ BLOCKED = """
 behavior_model: blocked
 variables:
   at: {domain: [start, left, right, end], initial: start}
-  tried: {domain: bool, initial: false}
-  blocked: {domain: bool, initial: false}
+  tried: {domain: bool, initial: false, source: state}
+  blocked: {domain: bool, initial: false, source: state}
 operations:
   go_left: {pre: {g: at == start}, post: {g: true, a: [at <- left]}}
   go_right: {pre: {g: at == start && blocked == false}, post: {g: true, a: [at <- right]}}
