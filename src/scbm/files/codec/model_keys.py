@@ -179,7 +179,8 @@ _RUN_PLANS = tuple(plans.value for plans in RunPlans)
 
 
 def _read_plans(reader: ValueReader, node: YamlNode, text: str) -> RunPlans | None:
-    word = reader.word(node, text, _RUN_PLANS, "a set of plans that runs can have")
+    former = {"shortest": RunPlans.DRAWN.value}
+    word = reader.word(node, text, _RUN_PLANS, "a set of plans that runs can have", former)
     return None if word is None else RunPlans(word)
 
 

@@ -16,7 +16,7 @@ from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
 from scbm.model.variables import Role
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Iterator
+    from collections.abc import Container, Iterable, Iterator, Mapping
     from fractions import Fraction
 
     from scbm.files.yaml.document import YamlNode
@@ -143,12 +143,14 @@ class ValueReader:
             self.add(Slug.UNKNOWN_RESOURCE, f"there is no resource `{text}`", node.place, remedy)
         return known.get(text)
 
-    def word(self, node: YamlNode, text: str, words: Iterable[str], what: str) -> str | None:
-        """Return the text if it is one of some words, which are called `what`."""
+    def word(
+        self, node: YamlNode, text: str, words: Iterable[str], what: str, former: Mapping[str, str] | None = None
+    ) -> str | None:
+        """Return the text if it is one of some words, which are called `what`; `former` says what old words are now."""
         known = list(words)
         if text in known:
             return text
-        remedy = suggestion(text, known, "the allowed words are")
+        remedy = suggestion((former or {}).get(text, text), known, "the allowed words are")
         self.add(Slug.UNKNOWN_WORD, f"`{text}` is not {what}", node.place, remedy)
         return None
 
