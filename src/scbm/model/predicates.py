@@ -321,6 +321,13 @@ class Relation(StrEnum):
         return _RELATIONS[self]
 
 
+_OPPOSITES = {
+    Relation.LESS: Relation.AT_LEAST,
+    Relation.AT_LEAST: Relation.LESS,
+    Relation.GREATER: Relation.AT_MOST,
+    Relation.AT_MOST: Relation.GREATER,
+}
+
 _RELATIONS: dict[Relation, Callable[[Value, Value], bool]] = {
     Relation.LESS: operator.lt,
     Relation.AT_MOST: operator.le,
@@ -461,6 +468,44 @@ def conjuncts(predicate: Predicate) -> tuple[Predicate, ...]:
     if not isinstance(predicate, And):
         return (predicate,)
     return tuple(part for operand in predicate.operands for part in conjuncts(operand))
+
+
+def negated(predicate: Predicate) -> Predicate:
+    """Return the negation, written as briefly as the notation allows."""
+    match predicate:
+        case Truth(truth):
+            return Truth(not truth)
+        case Equal(left, right):
+            return NotEqual(left, right)
+        case NotEqual(left, right):
+            return Equal(left, right)
+        case Order(left, relation, right):
+            return Order(left, _OPPOSITES[relation], right)
+        case Not(operand):
+            return operand
+        case _:
+            return Not(predicate)
+
+
+def all_needed(predicate: Predicate) -> tuple[Predicate, ...]:
+    """Return the predicates that hold together where `predicate` holds: `a != b` and `!c` for `!(a == b || c)`."""
+    match predicate:
+        case And(operands):
+            parts = operands
+        case Not(Not(operand)):
+            parts = (operand,)
+        case Not(Or(operands)):
+            parts = tuple(map(negated, operands))
+        case Not(Implies(condition, consequence)):
+            parts = (condition, negated(consequence))
+        case _:
+            return (predicate,)
+    return tuple(each for part in parts for each in all_needed(part))
+
+
+def alternatives(predicate: Predicate) -> tuple[Predicate, ...]:
+    """Return the predicates of which one holds where `predicate` holds: `a != b` and `c` for `a == b -> c`."""
+    return tuple(map(negated, all_needed(negated(predicate))))
 
 
 def conjunction(predicates: Iterable[Predicate]) -> Predicate:

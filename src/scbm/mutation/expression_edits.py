@@ -19,7 +19,6 @@ from scbm.model import (
     Order,
     Predicate,
     Reference,
-    Relation,
     Sum,
     Term,
     Truth,
@@ -39,13 +38,6 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
-
-_OPPOSITE = {
-    Relation.LESS: Relation.AT_LEAST,
-    Relation.AT_LEAST: Relation.LESS,
-    Relation.GREATER: Relation.AT_MOST,
-    Relation.AT_MOST: Relation.GREATER,
-}
 
 
 class ChangedPredicate(NamedTuple):
@@ -71,23 +63,6 @@ def conjuncts_of(predicate: Predicate) -> tuple[Predicate, ...]:
     if isinstance(predicate, And):
         return tuple(part for operand in predicate.operands for part in conjuncts_of(operand))
     return () if predicate == TRUE else (predicate,)
-
-
-def negated(predicate: Predicate) -> Predicate:
-    """Return the negation, written as briefly as the notation allows."""
-    match predicate:
-        case Truth(truth):
-            return Truth(not truth)
-        case Equal(left, right):
-            return NotEqual(left, right)
-        case NotEqual(left, right):
-            return Equal(left, right)
-        case Order(left, relation, right):
-            return Order(left, _OPPOSITE[relation], right)
-        case Not(operand):
-            return operand
-        case _:
-            return Not(predicate)
 
 
 def comparisons_of(predicate: Predicate) -> Iterator[Leaf]:

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.closing.proofs.nearest_misses import nearest_of
+from scbm.closing.proofs.blame import parts_of
+from scbm.closing.proofs.nearest_misses import (
+    distance,
+    in_words,
+    lacking_comparisons,
+    listed_values,
+    nearest_of,
+    nearest_state,
+    values_read,
+)
 from scbm.closing.summaries import listed
-from scbm.model.predicates import conjuncts
+from scbm.model import conjunction
 from scbm.model.sources import outside_values
 from scbm.planning import explore
 
@@ -39,50 +50,108 @@ def why_unreachable(planner: Planner, start: State, goal: Predicate) -> tuple[st
     reach = explore(task, [task.pack(start)], _MAX_STATES)
     if not reach.complete:
         return ()
-    return tuple(_chain(planner.model, task, reach.states, goal))[:_MAX_LINES]
+    return tuple(islice(_Chain(planner.model, task, reach.states).sentences(goal), _MAX_LINES))
 
 
-def _chain(model: BehaviorModel, task: Task, states: Sequence[int], goal: Predicate) -> Iterator[str]:
-    """Yield a sentence for the goal, and for each operation on the way to it whose guard stays false."""
-    todo: list[tuple[str, Predicate]] = [("the goal", goal)]
-    seen: dict[str, None] = {}
-    while todo:
-        what, guard = todo.pop(0)
-        miss = nearest_of(tuple(dict.fromkeys(conjuncts(guard))), states, task.packing)
-        if miss is None:
-            continue
-        yield miss.words(what, f" in {_number(states)}", "a plan")
-        changing = [each for each in model.operations if _may_change(each, miss)]
-        if not changing:
-            yield _unchanged(model, miss)
-        for operation in changing:
-            if operation.name not in seen:
-                seen[operation.name] = None
-                todo.append((operation.name, operation.pre.g))
+@dataclass(frozen=True)
+class _Chain:
+    """The operations on the way to a goal that no plan reaches.
+
+    Attributes:
+        model: the model.
+        task: its operations as moves between packed states.
+        states: all states that plans reach.
+    """
+
+    model: BehaviorModel
+    task: Task
+    states: Sequence[int]
+
+    def sentences(self, goal: Predicate) -> Iterator[str]:
+        """Yield a sentence for the goal, and for each operation on the way to it whose guard stays false."""
+        miss = nearest_of(parts_of([goal]), self.states, self.task.packing)
+        todo = [("the goal", miss)] if miss else []
+        seen: dict[str, None] = {}
+        while todo:
+            what, miss = todo.pop(0)
+            yield miss.words(what, f" in {_number(self.states)}", "a plan")
+            for state, lacking in self._lacking(miss):
+                changing = [each for each in self.model.operations if _may_change(each, lacking)]
+                if not changing:
+                    yield _unchanged(self.model, lacking)
+                for operation in changing:
+                    if operation.name in seen:
+                        continue
+                    seen[operation.name] = None
+                    found = self._blocked(operation)
+                    if found is not None:
+                        todo.append(found)
+                    else:
+                        yield from self._why_not(operation, lacking, state, miss)
+
+    def _lacking(self, miss: NearestMiss) -> Iterator[tuple[int, Predicate]]:
+        """Yield the comparisons that each blamed conjunct lacks in the nearest state in which the others hold."""
+        packing = self.task.packing
+        for part in miss.never:
+            others = packing.test(conjunction(each for each in miss.never if each is not part))
+            state = nearest_state(miss.never, filter(others, self.states), packing)
+            yield from ((state, each) for each in lacking_comparisons(part, packing.values(state)))
+
+    def _blocked(self, operation: Operation) -> tuple[str, NearestMiss] | None:
+        """Return the part of an operation that stays false in plans, and its nearest miss."""
+        packing = self.task.packing
+        miss = nearest_of(parts_of([operation.pre.g]), self.states, packing)
+        if miss is not None:
+            return operation.name, miss
+        can_start, start = packing.test(operation.pre.g), self.task.update(operation.pre.a)
+        started = [start(state) for state in self.states if can_start(state)]
+        after = [state for state in started if state is not None]
+        miss = nearest_of(parts_of([operation.post.g]), after, packing)
+        return None if miss is None else (f"the postcondition of {operation.name}", miss)
+
+    def _why_not(self, operation: Operation, lacking: Predicate, state: int, miss: NearestMiss) -> Iterator[str]:
+        """Yield why an operation does not make a comparison hold in a state: its guard, or what else it changes."""
+        packing = self.task.packing
+        read = values_read(miss.never, state, packing)
+        equal = [each for each in self.states if values_read(miss.never, each, packing) == read]
+        steps = (step for each in equal for step in self.task.successors(each))
+        after = next((after for index, after in steps if self.task.operations[index] == operation.name), None)
+        if after is not None:
+            broken = [part for part in miss.never if not part.holds(packing.values(after))]
+            if broken and lacking.holds(packing.values(after)):
+                yield f"{operation.name} makes {lacking} true, but {in_words(broken)} false"
+            return
+        own = nearest_of(parts_of([operation.pre.g]), equal, packing)
+        started = self.task.update(operation.pre.a)(state)
+        changed = None if started is None else self.task.update(operation.post.a)(started)
+        if own is None or changed is None:
+            return
+        if distance(lacking, packing.values(changed)) < distance(lacking, packing.values(state)):
+            targets = [action.target for action in (*operation.pre.a, *operation.post.a)]
+            names = listed([name for name in lacking.reads() if name in targets])
+            needs = in_words(own.never)
+            yield f"with {listed_values(read)}, {operation.name} would change {names}, but needs {needs}"
 
 
 def _number(states: Sequence[int]) -> str:
     return "the only state" if len(states) == 1 else f"any of the {len(states):,} states"
 
 
-def _may_change(operation: Operation, miss: NearestMiss) -> bool:
-    """Return whether an operation can make a conjunct that never holds hold: it assigns what the conjunct reads."""
-    for part in miss.never:
-        read = part.reads()
-        for action in (*operation.pre.a, *operation.post.a):
-            if action.target not in read:
-                continue
-            if len(read) > 1 or action.reads() or part.holds({action.target: action.value({})}):
-                return True
+def _may_change(operation: Operation, part: Predicate) -> bool:
+    """Return whether an operation can make a comparison hold: it assigns what the comparison reads."""
+    read = part.reads()
+    for action in (*operation.pre.a, *operation.post.a):
+        if action.target in read and (len(read) > 1 or action.reads() or part.holds({action.target: action.value({})})):
+            return True
     return False
 
 
-def _unchanged(model: BehaviorModel, miss: NearestMiss) -> str:
-    """Return that no operation makes conjuncts hold, and whether something outside the plans does."""
-    outside = [name for part in miss.never for name in part.reads() if name in outside_values(model)]
+def _unchanged(model: BehaviorModel, part: Predicate) -> str:
+    """Return that no operation makes a comparison hold, and whether something outside the plans does."""
+    outside = [name for name in part.reads() if name in outside_values(model)]
     others = {action.target: None for each in model.automatic_transitions for action in each.running_actions}
-    by_automatic = [name for part in miss.never for name in part.reads() if name in others]
-    no_operation = f"no operation makes {listed(list(map(str, miss.never)))} true"
+    by_automatic = [name for name in part.reads() if name in others]
+    no_operation = f"no operation makes {part} true"
     if outside:
         return f"{no_operation}; {outside[0]} changes from outside, which plans do not count on"
     if by_automatic:

@@ -8,13 +8,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.model import OperationState, Predicate, Role, conjunction
-from scbm.model.predicates import conjuncts
+from scbm.model.predicates import all_needed
 from scbm.model.satisfiability import is_satisfiable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Transition, Value
+
+
+def parts_of(predicates: Iterable[Predicate]) -> tuple[Predicate, ...]:
+    """Return the conjuncts of predicates, each once; `!(a || b)` has two."""
+    return tuple(dict.fromkeys(part for predicate in predicates for part in all_needed(predicate)))
 
 
 def blame(predicates: Sequence[Predicate], can_hold: Callable[[Predicate], bool]) -> tuple[Predicate, ...]:
@@ -28,7 +33,7 @@ def blame(predicates: Sequence[Predicate], can_hold: Callable[[Predicate], bool]
         predicates: what should hold together.
         can_hold: whether a predicate holds in any state.
     """
-    parts = tuple(dict.fromkeys(part for predicate in predicates for part in conjuncts(predicate)))
+    parts = parts_of(predicates)
     if can_hold(conjunction(parts)):
         return ()
     for part in parts:

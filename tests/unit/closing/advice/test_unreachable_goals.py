@@ -39,3 +39,33 @@ def test_the_guard_on_the_way_is_named_that_stays_false(source: str, automatic: 
     assert "placed == true" in goal
     assert of_place.startswith("place needs lid == open, which never holds in any of the 3 states")
     wording([goal, of_place, why])
+
+
+FILLING = """
+behavior_model: filling
+variables:
+  level: {domain: 0..9, initial: 0}
+  tank: {domain: [left, right], initial: left}
+  lid: {domain: [open, closed], initial: closed, source: constant}
+  drained: {domain: bool, initial: false}
+operations:
+  fill: {pre: {g: level < 5}, post: {g: true, a: [level += 1]}}
+  turn: {pre: {g: tank == left}, post: {g: true, a: [tank <- right]}}
+  drain: {pre: {g: true}, post: {g: level > 6 && level != 9, a: [drained <- true]}}
+goals:
+  high: level >= 8
+  not_low: "!(level < 8 || drained == true)"
+  either: level == 8 || lid == open
+  both: "(level == 8 || lid == open) && tank == right"
+  implied: "(tank == right -> level == 8) && tank == right"
+  drained: drained == true
+"""
+
+
+@pytest.mark.parametrize("goal", ["high", "not_low", "either", "both", "implied", "drained"])
+def test_the_nearest_state_counts_numbers_and_alternatives(goal: str, wording: Wording) -> None:
+    model = read_model(FILLING)
+    found = why_unreachable(Planner(model), model.nominal_state, dict(model.goals)[goal])
+    assert any("level == 5" in line for line in found)
+    assert any("fill would change level, but needs level < 5" in line for line in found)
+    wording(found)
