@@ -14,11 +14,11 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, InstanceFolds, Obligation
-from scbm.cases.trace import RunnerStarted, RunStarted
+from scbm.cases.trace import BecameCurrent, PlanAsked, RunnerStarted, RunStarted
 from scbm.model import And, Equal, Outcome, Reference, RequestState
-from scbm.model.predicates import Constant, conjuncts
+from scbm.model.predicates import TRUE, Constant, conjuncts
 from scbm.model.satisfiability import is_satisfiable
-from scbm.model.sources import free_groups, moved, replied
+from scbm.model.sources import free_groups, is_triggered, moved
 from scbm.model.variables import CURRENT_NAME
 from scbm.reports.figure_table import counted
 from scbm.testing.request_protocol import clears, sets
@@ -50,12 +50,20 @@ class CoverMeans(Enum):
     CHANCE = "perhaps by chance: run more cases"
     NEW_GOAL = "no plan needs them: add a goal or an initial state that needs them"
     UNREAD = "no plan needs them: no guard or goal on the plans reads what they change ({}){}"
+    PLANNED_AT_ONCE = (
+        "they start in the moment of the plan, and plans take no time in random cases: give a case `planning: 1 s` and "
+        "a change of {} meanwhile, or run `scbm close`"
+    )
     UNDISTURBED = "no case disabled them while next in a plan: add an injection"
     NO_WAY = "no way to fail: add a `failed` transition, or an automatic one that sets their state to `failed`"
     NO_FAILURES = (
         "no share of failures in `simulation` of {}: give it one there, or force `fail` under `outcomes` of a case"
     )
     NO_SUCCESS = "no share of successes in `simulation` of {}: give it one there"
+    NOT_MEASURED = (
+        "they wait for {}, which no reply in `simulation` of {} measures: give that value a weight there, or force "
+        "`measured` under `outcomes` of a case"
+    )
     NOT_MOVED = "they wait for {}, which changes with `--inputs drawn` only"
     NO_RATE = "they wait for {}, and no environment transition that assigns it has a rate"
     NEVER_HELD = "they wait for {}, which held in none of {}"
@@ -171,8 +179,7 @@ class CampaignKind:
     def seen(self) -> tuple[tuple[Mapping[str, Value], ...], int]:
         """The different states of the first runs, in the order in which they are reached, and the number of runs."""
         found: dict[tuple[Value, ...], Mapping[str, Value]] = {}
-        runs = tuple(islice(self.runs(), _MAX_CASES))
-        for run in runs:
+        for run in self._first_runs:
             state: dict[str, Value] = {}
             for record in run.trace.records:
                 if isinstance(record, (RunnerStarted, RunStarted)):
@@ -180,7 +187,23 @@ class CampaignKind:
                 state |= dict(record.changes)
                 if len(found) < _MAX_STATES:
                     found.setdefault(tuple(state.values()), dict(state))
-        return tuple(found.values()), len(runs)
+        return tuple(found.values()), len(self._first_runs)
+
+    @cached_property
+    def _first_runs(self) -> tuple[Execution, ...]:
+        return tuple(islice(self.runs(), _MAX_CASES))
+
+    @cached_property
+    def waiting(self) -> Mapping[str, None]:
+        """The operations that became current after the moment in which their plan was asked for, in the first runs."""
+        found: dict[str, None] = {}
+        asked_ns = 0
+        for record in (record for run in self._first_runs for record in run.trace.records):
+            if isinstance(record, PlanAsked):
+                asked_ns = record.at_ns
+            elif isinstance(record, BecameCurrent) and record.at_ns > asked_ns:
+                found[record.operation] = None
+        return found
 
     @property
     def states(self) -> tuple[Mapping[str, Value], ...]:
@@ -219,9 +242,7 @@ class CoverAdvisor:
         rated = {a.target: None for each in model.environment if each.rate is not None for a in each.actions}
         self._unmoved = {} if kind.moves_inputs else free
         self._unrated = {name: None for name in moved(model) if name not in rated}
-        random = (variable.name for variable in model.variables if len(variable.random) > 1)
         self._moving = dict.fromkeys((*rated, *(free if kind.moves_inputs else ())))
-        self._drawn = dict.fromkeys((*replied(model), *random, *self._moving))
 
     def advice(self, obligation: Obligation) -> CoverAdvice:
         """Return the advice for an obligation that no case visits."""
@@ -270,12 +291,19 @@ class CoverAdvisor:
         return CHANCE if has_few_cases(self._coverage) else CoverAdvice(CoverMeans.NEW_GOAL)
 
     def _disabled(self, operation: Operation) -> CoverAdvice:
-        """Return how an operation becomes disabled: by an input that its guard reads, else by an injection."""
-        read = operation.pre.running_guard.reads()
+        """Return how an operation becomes disabled: by an input that its guard reads, else by an injection.
+
+        What the planner reads holds in the moment of the plan, so that a change of it must come later.
+        """
+        pre, moving = operation.pre, (*self._unmoved, *self._moving)
+        read = [name for name in pre.running_guard.reads() if name in moving]
+        if not read:
+            return CoverAdvice(CoverMeans.UNDISTURBED)
+        is_late = any(name in moving for name in pre.gr.reads()) or operation.name in self._kind.waiting
+        if not is_late and self._kind.states:
+            return CoverAdvice(CoverMeans.PLANNED_AT_ONCE, read[0])
         name = next((name for name in read if name in self._unmoved), None)
-        if name is not None:
-            return CoverAdvice(CoverMeans.NOT_MOVED, f"a change of {name}")
-        return CHANCE if any(name in self._moving for name in read) else CoverAdvice(CoverMeans.UNDISTURBED)
+        return CHANCE if name is None else CoverAdvice(CoverMeans.NOT_MOVED, f"a change of {name}")
 
     def _failed(self, operation: Operation) -> CoverAdvice:
         """Return how an operation fails; of several ways one that chance can take is preferred."""
@@ -368,7 +396,10 @@ class CoverAdvisor:
             return CoverAdvice(CoverMeans.NOT_MOVED, f"`{part}`")
         if any(name in self._unrated for name in read):
             return CoverAdvice(CoverMeans.NO_RATE, f"`{part}`")
-        return None
+        measuring = [each for each in self._model.resources if any(name in each.measures for name in read)]
+        if not measuring or self._may_be_drawn(part) or any(self._assigning(part)):
+            return None
+        return CoverAdvice(CoverMeans.NOT_MEASURED, f"`{part}`", in_few([each.name for each in measuring]))
 
     def _awaited(self, part: Predicate) -> tuple[Resource | None, tuple[Outcome, ...]]:
         """Return the resource whose reply a condition waits for, and the outcomes that it accepts."""
@@ -397,14 +428,41 @@ class CoverAdvisor:
 
     def _is_drawn(self, part: Predicate) -> bool:
         """Return whether chance can make a condition hold: it draws what it reads, or a step that assigns it."""
+        follows = (self._may_follow(*step) for step in self._assigning(part))
+        return bool(self._awaited(part)[1]) or self._may_be_drawn(part) or any(follows)
+
+    def _assigning(self, part: Predicate) -> Iterator[tuple[Obligation, tuple[Action, ...]]]:
+        """Yield the steps that make a condition hold which they do not need: they assign what it reads."""
         read = part.reads()
-        if any(name in self._drawn for name in read) or self._awaited(part)[1]:
-            return True
-        return any(
-            self._may_hold_after(part, actions) and self._may_follow(obligation, actions)
-            for obligation, actions in self._steps
-            if any(action.target in read for action in actions)
-        )
+        for obligation, guard, actions in self._steps:
+            assigns = any(action.target in read for action in actions) and self._may_hold_after(part, actions)
+            if assigns and part not in conjuncts(guard):
+                yield obligation, actions
+
+    def _may_be_drawn(self, part: Predicate) -> bool:
+        """Return whether a condition reads what chance draws, and may hold for the values that it draws."""
+        drawn = {name: self._drawn[name] for name in part.reads() if name in self._drawn}
+        return bool(drawn) and is_satisfiable(part, self._model.running_space, drawn) is not False
+
+    @cached_property
+    def _drawn(self) -> Mapping[str, tuple[Value, ...]]:
+        """The variables that chance draws, each with the values that it then has, those of known states included."""
+        found: dict[str, dict[Value, None]] = {}
+        for variable in self._model.variables:
+            if variable.name in self._moving:
+                found[variable.name] = dict.fromkeys(variable.domain.values)
+            elif len(variable.random) > 1:
+                found[variable.name] = dict.fromkeys(variable.random)
+        for resource in self._model.resources:
+            is_real = resource.name in self._kind.real
+            outcomes = [outcome for outcome in Outcome if self._has_share(resource, outcome)]
+            for name in resource.measures if is_triggered(resource, self._model) else ():
+                drawn = [each.possible for o in outcomes for each in resource.drawn(o) if each.name == name]
+                values = [resource.sends(self._model.space[name])] if is_real else drawn
+                found.setdefault(name, {}).update(dict.fromkeys(value for each in values for value in each))
+        states = self._kind.states
+        known = {name: (self._model.space[name].initial, *(state[name] for state in states)) for name in found}
+        return {name: tuple(dict.fromkeys((*values, *known[name]))) for name, values in found.items()}
 
     def _may_follow(self, obligation: Obligation, actions: Sequence[Action]) -> bool:
         """Return whether chance can take a step that was not taken, or once more a fault that is counted."""
@@ -420,16 +478,21 @@ class CoverAdvisor:
         return len(read) > 1 or not values or any(part.holds({read[0]: value}) for value in values)
 
     @cached_property
-    def _steps(self) -> tuple[tuple[Obligation, tuple[Action, ...]], ...]:
-        """The steps that change variables, with the obligation that each visits."""
-        found: list[tuple[Obligation, tuple[Action, ...]]] = []
-        for each in self._model.operations:
-            found.append((Obligation(each.name, Aspect.EXECUTING), each.pre.running_actions))
-            found.append((Obligation(each.name, Aspect.COMPLETED), each.post.running_actions))
-            found.append((Obligation(each.name, Aspect.TIMEDOUT), each.timedout))
-            if each.failed is not None:
-                found.append((Obligation(each.name, Aspect.FAILED), each.failed.running_actions))
-        found += [(Obligation(t.name, Aspect.TAKEN), t.running_actions) for t in self._model.automatic_transitions]
+    def _steps(self) -> tuple[tuple[Obligation, Predicate, tuple[Action, ...]], ...]:
+        """The steps that change variables, with the obligation that each visits, and their guards."""
+        found = [
+            (Obligation(each.name, aspect), step.running_guard, step.running_actions)
+            for each in self._model.operations
+            for aspect, step in (
+                (Aspect.EXECUTING, each.pre),
+                (Aspect.COMPLETED, each.post),
+                (Aspect.FAILED, each.failed),
+            )
+            if step is not None
+        ]
+        found += [(Obligation(each.name, Aspect.TIMEDOUT), TRUE, each.timedout) for each in self._model.operations]
+        automatic = self._model.automatic_transitions
+        found += [(Obligation(t.name, Aspect.TAKEN), t.running_guard, t.running_actions) for t in automatic]
         return tuple(found)
 
 

@@ -143,6 +143,57 @@ def test_a_resource_that_may_be_late_or_silent_lets_deadlines_pass() -> None:
         assert advice("go/timedout", changed, count=0).means is CoverMeans.CHANCE
 
 
+SEES = (
+    "  grip: {request: arm, deadline: 60 s, guard: load == item, effects: [load <- empty]}",
+    "  grip: {request: arm, deadline: 60 s, guard: load == item, assumes: {seen: full}, effects: [load <- empty]}",
+)
+SEEN = ("  lamp:", "  seen: {domain: [full, none], initial: none}\n  lamp:")
+
+
+@pytest.mark.parametrize(
+    ("measured", "means"),
+    [
+        ("measured: {seen: {full: 0, none: 1}}", CoverMeans.NOT_MEASURED),
+        ("measured: {seen: {full: 0.000001, none: 0.999999}}", CoverMeans.CHANCE),
+        ("measured: {seen: [none]}, failed: {seen: [full]}, outcomes: {succeed: 1}", CoverMeans.NOT_MEASURED),
+        ("latency: 1 s", CoverMeans.NOT_MEASURED),
+    ],
+)
+def test_a_value_that_no_reply_measures_does_not_come_by_chance(measured: str, means: CoverMeans) -> None:
+    arm = "arm: {simulation: {latency: 1 s, outcomes: {succeed: 0.999, fail: 0.001}}}"
+    found = advice("grip/completed", SEES, SEEN, (arm, f"arm: {{measures: [seen], simulation: {{{measured}}}}}"))
+    assert found.means is means
+    if means is CoverMeans.NOT_MEASURED:
+        assert (found.missing, found.states) == ("`seen == full`", "arm")
+
+
+OPENED = "environment:\n  opens: {guard: door == closed, actions: [door <- open], every: 100000 s}\ngoals:\n"
+
+
+@pytest.mark.parametrize(
+    ("operation", "guard", "means"),
+    [
+        ("go", "door == closed && ", CoverMeans.PLANNED_AT_ONCE),
+        ("dispense", "door == closed && ", CoverMeans.CHANCE),
+        ("go", "", CoverMeans.UNDISTURBED),
+    ],
+)
+def test_nothing_disables_what_starts_in_the_moment_of_its_plan(operation: str, guard: str, means: CoverMeans) -> None:
+    changes = {
+        "go": ("guard: robot_at == dock", f"guard: {guard}robot_at == dock"),
+        "dispense": ("g: robot_at == pantry && load", f"g: {guard}robot_at == pantry && load"),
+    }
+    found = advice(f"{operation}/disabled", changes[operation], ("goals:\n", OPENED))
+    assert found.means is means
+    assert not guard or means is CoverMeans.CHANCE or found.missing == "door"
+
+
+def test_what_only_the_runner_reads_may_be_false_in_the_moment_of_the_plan() -> None:
+    waits = ("pre: {g: inspected == false}", "pre: {g: inspected == false, gr: door == closed}")
+    read = ("emptied: load == empty && robot_at == pantry", "inspected: inspected == true")
+    assert advice("inspect/disabled", waits, read, ("goals:\n", OPENED)).means is CoverMeans.CHANCE
+
+
 def test_what_follows_from_a_step_that_chance_takes_is_left_to_chance() -> None:
     waits = ("  shine: {g: robot_at == pantry && lamp == true", "  shine: {g: robot_at == pantry && load == item")
     assert advice("automatic/shine", waits, count=0).means is CoverMeans.CHANCE
