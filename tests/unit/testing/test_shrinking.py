@@ -22,7 +22,7 @@ from scbm.cases import (
     Partition,
     Restart,
 )
-from scbm.files import Scope, Where, parse_predicate, read_case, write_case
+from scbm.files import Scope, Where, parse_predicate, read_case, read_model, write_case
 from scbm.model import Always, BehaviorModel, Constant, Equal, Not, Outcome, Predicate, Reference, Requirement
 from scbm.testing import Campaign, FailureKind, RandomCases, Shrinker, Shrunk, Tester, find_causes
 from support.models import scan_cell
@@ -285,3 +285,46 @@ def test_a_random_case_in_which_the_environment_acts_has_a_smallest_case() -> No
     assert shrunk.execution.case.environment == ()
     (finding,) = find_causes(tester, Campaign.of(model, [execution.result]))
     assert finding.shrunk is not None
+
+
+ENDLESS = """
+behavior_model: endless
+variables:
+  light: {domain: [green, red], initial: green, source: input}
+  ready: {domain: bool, initial: false, source: input}
+  done: {domain: bool, initial: false}
+resources:
+  poll: {simulation: {latency: 1 ms}}
+operations:
+  wait:
+    pre: {g: poll_req_state == initial, a: [poll_req_trigger <- true]}
+    post: {g: true, gr: ready == true, a: [done <- true, poll_req_trigger <- false]}
+automatic_transitions:
+  again: {g: "poll_req_state in {succeeded, failed}", a: [poll_req_state <- initial]}
+requirements:
+  never_red: always light == green
+goals:
+  done: done == true
+"""
+
+
+@pytest.mark.parametrize(
+    "later",
+    [
+        {"environment": (EnvironmentChange(20_000_000, (("ready", True),)),)},
+        {"injections": (Injection("late", (("ready", True),), at_ns=20_000_000),)},
+        {"limits": CaseLimits(20_000_000)},
+        {"network": Network(restarts=(Restart("poll", 20_000_000, 1_000_000),))},
+    ],
+)
+def test_a_choice_after_the_violation_does_not_matter(later: dict[str, object]) -> None:
+    model = read_model(ENDLESS)
+    red = EnvironmentChange(10_000_000, (("light", "red"),))
+    case = Case("case", "done", model.goals[0][1], model.nominal_state, environment=(red,))
+    changes = (red, *later.get("environment", ()))  # type: ignore[misc] # a tuple of changes
+    execution = Tester(model).execute(replace(case, **(later | {"environment": changes})))  # type: ignore[arg-type] # fields of a case
+    shrunk = Shrinker(Tester(model)).shrink(execution, execution.verdict.failures[0])
+    small = shrunk.execution.case
+    assert shrunk.after.choices > 1 or small.limits.time_ns is not None  # without the other one the run has no end
+    (choice,) = shrunk.matters
+    assert choice.text.startswith("light = red ")

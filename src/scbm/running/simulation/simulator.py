@@ -77,7 +77,15 @@ class Simulated:
 
 
 class TooLongError(Exception):
-    """A run has more records than the caller allows."""
+    """A run has more records than the caller allows.
+
+    Attributes:
+        records: the records so far.
+    """
+
+    def __init__(self, records: tuple[Record, ...]) -> None:
+        super().__init__(f"more than {len(records)} records")
+        self.records = records
 
 
 class UnplannedError(Exception):
@@ -250,7 +258,7 @@ class _SimulationRun:
         try:
             while self._goals:
                 if most_records is not None and len(self._records) > most_records:
-                    raise TooLongError
+                    raise TooLongError(tuple(self._records))
                 self._handle(self._next_event())
         except _ImpossibleChangeError as error:
             self._end, impossible = End.IMPOSSIBLE, error.change

@@ -128,10 +128,12 @@ class Choice:
     Attributes:
         text: what was chosen.
         otherwise: what was tried in its place.
+        at_ns: the moment before which it does nothing; `None` if it names none.
     """
 
     text: str
     otherwise: str
+    at_ns: int | None = None
 
     def __str__(self) -> str:
         return f"{self.text}; no such failure {self.otherwise}"
@@ -145,10 +147,10 @@ def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]
             choice = Choice(_set(variable.name, value), f"with {format_value(variable.initial)}")
             yield choice, replace(case, initial=case.initial.replace({variable.name: variable.initial}))
     for index, injection in enumerate(case.injections):
-        choice = Choice(f"injection {injection.name}", "without it")
+        choice = Choice(f"injection {injection.name}", "without it", injection.at_ns)
         yield choice, replace(case, injections=_without(case.injections, index))
     for index, change in enumerate(case.environment or ()):
-        choice = Choice(_change_words(change), "without it")
+        choice = Choice(_change_words(change), "without it", change.at_ns)
         yield choice, replace(case, environment=_without(case.environment or (), index))
     for index, rule in enumerate(case.outcomes):
         yield Choice(_rule_words(rule), "without it"), replace(case, outcomes=_without(case.outcomes, index))
@@ -161,7 +163,8 @@ def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]
     network = case.network
     for fault, index, window in network.windows():
         subject = window.resource or "all resources"
-        choice = Choice(f"{fault.window_name} of {subject} at {format_duration(window.at_ns)}", "without it")
+        text = f"{fault.window_name} of {subject} at {format_duration(window.at_ns)}"
+        choice = Choice(text, "without it", window.at_ns)
         fewer = _without(network.value_of(fault), index)
         yield choice, replace(case, network=network.with_value(fault, fewer))
 

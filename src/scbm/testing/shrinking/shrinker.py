@@ -14,15 +14,17 @@ from scbm.cases import Expectations
 from scbm.model import InitialStates
 from scbm.planning import DRAWN_PLANS
 from scbm.running.simulation import TooLongError
+from scbm.testing.requirement_monitors import find_violations
 from scbm.testing.shrinking.case_sizes import choices_of, size_of
 from scbm.testing.shrinking.relative_times import with_relative_times
 from scbm.testing.shrinking.shrink_steps import STEPS, without_changes
 from scbm.testing.verdicts import Failure, FailureKind, violation_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from scbm.cases import Case, OutcomeRule, RecordedPlan
+    from scbm.cases.trace import Record
     from scbm.model import State
     from scbm.testing.shrinking.case_sizes import Choice, Size
     from scbm.testing.shrinking.shrink_steps import Step
@@ -227,12 +229,35 @@ class _ShrinkSearch:
         return execution if self._begins_broken or not _begins_broken(execution, self._failure) else None
 
     def what_matters(self, best: Execution) -> Iterator[Choice]:
-        """Return each remaining choice without which the case does not fail for the same reason."""
+        """Return each remaining choice without which the case does not fail for the same reason.
+
+        A choice is none of them if without it the requirement is violated in the same way, and only the rest of the
+        run is too long, impossible or forced; nor is one that comes after the violation.
+        """
+        violation = violation_of(self._failure, best.violations)
+        until = () if violation is None else best.trace.records[: violation.record + 1]
         for choice, case in choices_of(best.case, self._model):
             if self._is_over:
                 return
-            if self._may_begin(case.initial) and self._fails(case) is None:
+            if violation is not None and (choice.at_ns or 0) > violation.at_ns:
+                continue
+            if self._may_begin(case.initial) and self._fails(case) is None and not self._violates(case, until):
                 yield choice
+
+    def _violates(self, case: Case, until: Sequence[Record]) -> bool:
+        """Return whether the run of a case begins with records that end with the violation, or has it elsewhere."""
+        if not until:
+            return False
+        try:
+            execution = self._tester.execute(replace(case, plans=()), self._most_of_one, self._preferred)
+            records = execution.trace.records[: None if self._is_forced else execution.forced_by]
+        except TooLongError as error:
+            records = error.records
+        if tuple(records[: len(until)]) == tuple(until):
+            return True
+        found = find_violations((*self._model.requirements, *case.requirements), records)
+        violation = violation_of(self._failure, found)
+        return violation is not None and (self._begins_broken or violation.record > 0)
 
 
 def _begins_broken(execution: Execution, failure: Failure) -> bool:
