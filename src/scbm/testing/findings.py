@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from scbm.testing.shrinking.shrinker import Shrinker, UnshrinkableError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scbm.testing.campaign import Campaign
     from scbm.testing.shrinking.shrinker import Shrunk
     from scbm.testing.tester import Tester
@@ -29,7 +31,8 @@ class Finding:
         failures: the reason, as the first case has it; or what the case expected.
         names: the first cases, in the order of the campaign; see `FailureCause.positions`.
         count: how many cases there are.
-        shrunk: a small case that fails for the same reason, if one was looked for.
+        shrunk: a small case that fails for the same reason, if one was looked for. Findings whose small cases are equal
+            but for their names have the one of the first of them.
     """
 
     failures: tuple[Failure, ...]
@@ -47,7 +50,7 @@ def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MAX_SHRUN
     """Return the findings of a campaign in the order of their first cases; at most `most_shrunk` are shrunk."""
     shrinker = Shrinker(tester)
     shrunk = 0
-    findings = []
+    findings: list[Finding] = []
     for cause in campaign.summary.causes:
         finding = Finding(cause.failures, tuple(map(campaign.source.name, cause.positions)), cause.count)
         small = None
@@ -56,6 +59,14 @@ def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MAX_SHRUN
             name = f"{campaign.model.name[:_MAX_OF_A_NAME]}-{finding.failure.subject[:_MAX_OF_A_NAME]}-{shrunk}"
             first = tester.execute(campaign.source.case(cause.positions[0]))
             with suppress(UnshrinkableError):
-                small = shrinker.shrink(first, finding.failure, name)
+                small = _shared(shrinker.shrink(first, finding.failure, name), findings)
         findings.append(replace(finding, shrunk=small))
     return tuple(findings)
+
+
+def _shared(small: Shrunk, findings: Sequence[Finding]) -> Shrunk:
+    """Return the result of shrinking with the run of an earlier finding, if its case is equal but for the name."""
+    case = small.execution.case
+    runs = (each.shrunk.execution for each in findings if each.shrunk is not None)
+    known = next((run for run in runs if replace(run.case, name=case.name) == case), None)
+    return small if known is None else replace(small, execution=known)

@@ -231,3 +231,29 @@ def test_numbers_of_ends_and_of_verdicts_add_up(scbm: Callable[..., Any], tmp_pa
     place = next(index for index, line in enumerate(lines) if line.startswith("  Testing duration"))
     assert lines[place].endswith(": 2 livelock")
     assert lines[place + 1] == "  Verdicts: 0 passed, 2 failed"
+
+
+STUCK = """
+behavior_model: stuck
+variables:
+  stuck: {domain: bool, initial: false, random: any, source: constant}
+  done: {domain: bool, initial: false}
+operations:
+  work:
+    deadline: 5 s
+    pre: {g: done == false}
+    post: {g: true, gr: stuck == false, a: [done <- true]}
+requirements: {in_time: never work.state == timedout}
+goals: {done: done == true}
+"""
+
+
+def test_findings_with_equal_small_cases_share_one(scbm: Callable[..., Any], tmp_path: Path, wording: Wording) -> None:
+    (tmp_path / "stuck.yaml").write_text(STUCK, encoding="utf-8")
+    arguments = ("test", tmp_path / "stuck.yaml", "--cases", 10, "--failures", tmp_path / "failures")
+    report = scbm(*arguments).out
+    wording(report[report.index("Failed") : report.index("Missed")])
+    found = json.loads(scbm(*arguments, "--json").out)["findings"]
+    assert [finding["kind"] for finding in found] == ["requirement", "not_reached"]
+    assert len({finding["smallest"]["case"] for finding in found}) == 1
+    assert len({finding["again"] for finding in found}) == 1

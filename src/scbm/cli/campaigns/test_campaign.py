@@ -307,9 +307,11 @@ def _saved_texts(suite: Suite, tester: Tester, directory: Path, positions: Seque
 def _save_all_small(suite: Suite, findings: Sequence[Finding], directory: Path) -> tuple[list[Path | None], bool]:
     """Save the small cases; return their paths, and whether there was no error. After an error, none is saved."""
     saved: list[Path | None] = [None] * len(findings)
+    names = [finding.shrunk and finding.shrunk.execution.case.name for finding in findings]
     for number, finding in enumerate(findings):
         try:
-            saved[number] = _save_small(suite, finding, directory)
+            first = names.index(names[number])  # one case may show several findings
+            saved[number] = saved[first] if first < number else _save_small(suite, finding, directory)
         except InputError as error:
             errors().diagnostics(error.diagnostics)
             return saved, False

@@ -82,8 +82,9 @@ def finding_lines(campaign: Campaign, findings: Sequence[Finding], commands: Seq
         return
     yield Text()
     yield Text(f"Failed: {counted(campaign.failed_count, 'case')}", style="bold red")
+    shown: dict[str, None] = {}
     for finding, command in islice(zip_longest(findings, commands), _MAX_FINDINGS):
-        yield from _finding_lines(finding, campaign.model, command)
+        yield from _finding_lines(finding, campaign.model, command, shown)
     if len(findings) > _MAX_FINDINGS:
         yield Text(f"  and {counted(len(findings) - _MAX_FINDINGS, 'more finding', 'more findings')}")
 
@@ -101,12 +102,16 @@ def unused_lines(campaign: Campaign) -> Iterator[Text]:
         yield Text(f"  and {summary.unused_count - len(summary.unused)} more")
 
 
-def _finding_lines(finding: Finding, model: BehaviorModel, command: str | None) -> Iterator[Text]:
+def _finding_lines(
+    finding: Finding, model: BehaviorModel, command: str | None, shown: dict[str, None]
+) -> Iterator[Text]:
     yield Text(f"  {_names(finding)}")
     for failure in finding.failures:
         yield Text(f"    {failure}", style="red")
     if finding.shrunk is not None:
-        yield from shrunk_lines(finding.shrunk, model)
+        name = finding.shrunk.execution.case.name
+        yield from shrunk_lines(finding.shrunk, model, is_known=name in shown)
+        shown[name] = None
     if command:
         yield command_text("    again: ", command)
 
@@ -116,14 +121,21 @@ def _names(finding: Finding) -> str:
     return f"{', '.join(finding.names[:_MAX_NAMED])}{more}"
 
 
-def shrunk_lines(shrunk: Shrunk, model: BehaviorModel) -> Iterator[Text]:
-    """Yield a small case: its size, its time limit, the log that shows the failure, and the choices that matter."""
+def shrunk_lines(shrunk: Shrunk, model: BehaviorModel, *, is_known: bool = False) -> Iterator[Text]:
+    """Yield a small case: its size, its time limit, the log that shows the failure, and the choices that matter.
+
+    Of a case that is shown above, only the name and the log of another violation are shown.
+    """
     case = shrunk.execution.case
+    excerpt = [Text("    ").append_text(line) for line in lines_that_show(model, shrunk.execution, [shrunk.failure])]
+    if is_known:
+        yield Text("    smallest: the same case as above, ").append(case.name, style="bold")
+        yield from excerpt if violation_of(shrunk.failure, shrunk.execution.violations) is not None else ()
+        return
     yield Text("    smallest: ").append(_sizes(shrunk), style="bold")
     if case.limits.time_ns is not None:
         yield Text(f"      within {format_duration(case.limits.time_ns)}", style="dim")
-    for line in lines_that_show(model, shrunk.execution, [shrunk.failure]):
-        yield Text("    ").append_text(line)
+    yield from excerpt
     for note in shrunk.execution.notes:
         yield Text(f"    note: {note}")
     for choice in shrunk.matters:
