@@ -101,8 +101,9 @@ def sentence_of(record: Record, nominal: Mapping[str, Value]) -> Sentence:  # no
             return Sentence(f"{reply}: {outcome}", reply, outcome, record.request)
         case ReplyDropped(why=why):
             return _same(f"reply {NUMBER} dropped: {why}", record.request)
-        case MeasurementReceived(by=by):
-            return Sentence(f"environment {by}", f"environment {by}") if by else _same("measured")
+        case MeasurementReceived(by=by, changes=changes):
+            label = f"environment {by}" if by else "measured"
+            return Sentence(label, label) if changes else Sentence(f"{label}: no change", label, "no change")
         case MeasurementRefused(variable=variable, value=value):
             return _same(f"measured value refused: {variable} = {format_value(value)}")
         case InjectionApplied(injection=injection) if injection == SENT:

@@ -13,6 +13,7 @@ from scbm.cases.trace import (
     SENT,
     AutomaticTaken,
     InjectionApplied,
+    MeasurementReceived,
     OperationStepped,
     PlanReceived,
     PutBack,
@@ -153,3 +154,11 @@ def test_the_severity_of_a_record(record: Record, severity: RecordSeverity) -> N
 def test_what_a_driver_sends_beyond_the_model_is_no_injection_of_a_case(wording: Wording) -> None:
     record = InjectionApplied(0, SENT, None, (("temperature", 3),), forced=True)
     wording((sentence_of(record, NOMINAL).text, fault_in(record)))
+
+
+@pytest.mark.parametrize(("by", "label"), [("", "measured"), ("opens", "environment opens")])
+def test_a_change_that_changes_nothing_says_so(by: str, label: str) -> None:
+    record = MeasurementReceived(0, (), by, (("light", "green"),))
+    sentence = sentence_of(record, NOMINAL)
+    assert (sentence.text, sentence.label, sentence.outcome) == (f"{label}: no change", label, "no change")
+    assert sentence_of(MeasurementReceived(0, (("light", "red"),), by), NOMINAL).text == label
