@@ -190,8 +190,10 @@ def missed_table(
     transitions = [t for t in model.automatic_transitions if Obligation(t.name, Aspect.TAKEN) in missed]
     names = [*rows, *(transition.name for transition in transitions)]
     width, cell, heads = _form(rows or names, names, columns)
+    shown = [status for o, status in known.items() if o.subject in names]
+    decisions = dict.fromkeys(each.decision for each in shown)
     yield Text()
-    title = Text(f"{'Missed (○)':<{width + _NAME_INDENT}}", style="bold")
+    title = Text(f"{_title(decisions):<{width + _NAME_INDENT}}", style="bold")
     yield title.append("".join(f"{head:^{cell}}" for head in heads).rstrip() if rows else "")
     for name in rows:
         yield from _marks(name, width, cell, known)
@@ -208,8 +210,12 @@ def missed_table(
             line.rstrip()
             yield line
             yield from map(Text, wrapped(guard, columns, " " * _GUARD_INDENT, _GUARD_INDENT + 2))
-    shown = [status for o, status in known.items() if o.subject in names]
-    yield from _legend(dict.fromkeys(each.decision for each in shown), any(each.is_forced for each in shown))
+    yield from _legend(decisions, any(each.is_forced for each in shown))
+
+
+def _title(found: Collection[Decision]) -> str:
+    """Return the title of the table, with the mark of undecided obligations if it occurs."""
+    return f"Missed ({STATUS_MARKS[Decision.UNDECIDED]})" if Decision.UNDECIDED in found else "Missed"
 
 
 def _legend(found: Collection[Decision], is_forced: bool) -> Iterator[Text]:  # noqa: FBT001 - whether the mark occurs
@@ -236,8 +242,10 @@ def _folded_table(model: BehaviorModel, lifted: LiftedStatuses, statuses: Status
         return
     names = [name.removeprefix("op: ").removeprefix("at: ") for name in shown]
     width, cell, heads = _form(names, names, columns)
+    entries = [entry for cells in shown.values() for entry in cells.values()]
+    found = dict.fromkeys(first_missed(entry.decisions) for entry in entries)
     yield Text()
-    title = Text(f"{'Missed (○)':<{width + _NAME_INDENT}}", style="bold")
+    title = Text(f"{_title(found):<{width + _NAME_INDENT}}", style="bold")
     yield title.append("".join(f"{head:^{cell}}" for head in heads).rstrip())
     operations = {name: cells for name, cells in shown.items() if Aspect.TAKEN not in cells}
     transitions = {name: cells[Aspect.TAKEN] for name, cells in shown.items() if Aspect.TAKEN in cells}
@@ -249,9 +257,7 @@ def _folded_table(model: BehaviorModel, lifted: LiftedStatuses, statuses: Status
         yield from _folded_row(name, width, cell, [entry])
         guard = guards[entry.obligation.subject, entry.is_lifted]
         yield from map(Text, wrapped(f"waits for {guard}", columns, " " * _GUARD_INDENT, _GUARD_INDENT + 2))
-    entries = [entry for cells in shown.values() for entry in cells.values()]
     yield Text("  (n): n instances; ○n: n of them", style="dim")
-    found = dict.fromkeys(first_missed(entry.decisions) for entry in entries)
     yield from _legend(found, any(_is_forced_entry(entry) for entry in entries))
 
 

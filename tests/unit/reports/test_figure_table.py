@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from scbm.cases.coverage import Statuses
+from scbm.cases.coverage import Aspect, Statuses, WaiverReview
 from scbm.cli.output.terminal import folded
 from scbm.files import load_model, read_model
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, Waiver
 from scbm.reports import Setting, coverage_report
 from scbm.reports.cover_advice import CampaignKind
+from scbm.reports.figure_table import missed_table
 from scbm.reports.missed_reasons import missed_reasons
 from scbm.testing import Campaign, RandomCases, Tester
 from support.wording import Wording
@@ -40,6 +41,19 @@ def _report(model: BehaviorModel, columns: int, cases: int = 2, **setting: objec
     campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(cases, 1)))
     shown = replace(Setting(BEFORE, 1, cases, columns=columns), **setting)  # type: ignore[arg-type] # any of its fields
     return [part.plain for line in coverage_report(campaign, shown) for part in folded(line, columns)]
+
+
+def test_the_mark_of_undecided_obligations_stands_in_the_title_only_if_it_occurs() -> None:
+    model = read_model(SMALL % "go")
+    campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(2, 1)))
+    missed = campaign.coverage.missed() + campaign.coverage.missed(Aspect.QUEUED)
+    for waived in ((), missed):
+        waivers = [Waiver(str(each), "spare", "Ada", "2026-01-01") for each in waived]
+        review = WaiverReview.on("2026-01-02", waivers)
+        statuses = Statuses.of(campaign.coverage, waivers=review)
+        _, title, *rows = [line.plain for line in missed_table(model, campaign.coverage, statuses=statuses)]
+        assert title.startswith("Missed (○)") is not bool(waived)
+        assert any("○" in row for row in rows) is not bool(waived)
 
 
 @pytest.mark.parametrize("columns", [80, 60])
