@@ -14,12 +14,13 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, InstanceFolds, Obligation
-from scbm.cases.trace import BecameCurrent, PlanAsked, RunnerStarted, RunStarted
+from scbm.cases.trace import BecameCurrent, PlanAsked, PlanReceived, RunnerStarted, RunStarted
 from scbm.model import And, Equal, Outcome, Reference, RequestState
 from scbm.model.predicates import TRUE, Constant, conjuncts
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import free_groups, is_triggered, moved
 from scbm.model.variables import CURRENT_NAME
+from scbm.planning import Solved
 from scbm.reports.figure_table import counted
 from scbm.testing.request_protocol import clears, sets
 
@@ -194,6 +195,19 @@ class CampaignKind:
         return tuple(islice(self.runs(), _MAX_CASES))
 
     @cached_property
+    def unplanned(self) -> Mapping[str, None]:
+        """The goals of the first runs for which plans were asked, and none was found."""
+        found: dict[str, bool] = {}
+        for run in self._first_runs:
+            goal = ""
+            for record in run.trace.records:
+                if isinstance(record, RunStarted):
+                    goal = record.goal
+                elif isinstance(record, PlanReceived):
+                    found[goal] = found.get(goal, False) or record.status == Solved.status
+        return {name: None for name, is_planned in found.items() if not is_planned}
+
+    @cached_property
     def waiting(self) -> Mapping[str, None]:
         """The operations that became current after the moment in which their plan was asked for, in the first runs."""
         found: dict[str, None] = {}
@@ -282,8 +296,9 @@ class CoverAdvisor:
         changed = {name: None for name in assigned if name not in requests}
         on_plans = [o for o in self._model.operations if self._visits[Obligation(o.name, Aspect.QUEUED)]]
         guards = [t.g for each in on_plans for t in (each.pre, each.post)]
-        read = (name for part in (*guards, *(goal for _, goal in self._model.goals)) for name in part.reads())
-        if on_plans and not any(name in changed for name in read):
+        is_read = any(name in changed for guard in guards for name in guard.reads())
+        reading = [name for name, goal in self._model.goals if any(each in changed for each in goal.reads())]
+        if on_plans and not is_read and all(name in self._kind.unplanned for name in reading):
             folds = InstanceFolds.of(self._model)
             plans = in_few(folds.folded(each.name for each in on_plans))
             where = f"; the plans have {plans}: one of them may lack a condition, or add a goal that reads it"

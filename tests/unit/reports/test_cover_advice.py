@@ -108,6 +108,13 @@ def test_what_no_plan_reads_is_named_with_the_operations_that_could_read_it() ->
     assert "go, dispense" in found.states
 
 
+def test_a_goal_that_no_plan_reaches_reads_nothing_on_the_plans() -> None:
+    second = ("goals:\n", "goals:\n  neither: inspected == true && inspected == false\n")
+    assert advice("inspect/queued", second).means is CoverMeans.UNREAD
+    second = ("goals:\n", "goals:\n  some: inspected == true || load == item\n")
+    assert advice("inspect/queued", second).means is CoverMeans.NEW_GOAL
+
+
 def test_a_request_to_a_resource_of_the_plans_is_no_change_that_they_read() -> None:
     asks = (
         "inspect: {pre: {g: inspected == false}, post: {g: true, a: [inspected <- true]}}",
