@@ -11,6 +11,8 @@ import re
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
+from hashlib import sha256
+from itertools import count
 from operator import and_, or_
 from typing import TYPE_CHECKING
 
@@ -36,6 +38,7 @@ from scbm.closing.scripts.case_search import (
 )
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
+from scbm.files import write_case
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
@@ -50,6 +53,9 @@ if TYPE_CHECKING:
 
 _MAX_FOR_A_GOAL = 20_000
 """Maximum number of situations that are explored to verify a suggested goal."""
+
+_DIGITS = 6
+"""Number of hexadecimal digits of a digest in the name of a case."""
 
 _MAX_PLANNED_FOR_A_GOAL = 30_000
 """Maximum number of states that are expanded to plan for such a goal, where that is not possible at once."""
@@ -111,7 +117,7 @@ class Closer:
         self._suggestion_states = 0
         self._takes_classes = takes_classes(model)
         self._open_runs: list[AllRuns] = []
-        self._one_case_each = False
+        self._one_case_each = self._is_partial = False
 
     def close(
         self,
@@ -138,7 +144,7 @@ class Closer:
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
         self._ended, self._open_runs = [], []
-        self._one_case_each = one_case_each
+        self._one_case_each, self._is_partial = one_case_each, wanted is not None
         proofs = Proofs(self.model)
         runs, cases = self._run_cases(suite, proofs, asked, short=one_case_each or wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
@@ -326,14 +332,29 @@ class Closer:
         before = Merit(suite.coverage.visited, _freely(suite))
         taken = [name for name, _ in suite.coverage.cases]
         for execution, purpose in ((without_leftovers(each, self._tester), purpose) for each, purpose in kept):
-            name = _new_name([goal.name for goal in execution.case.goals], taken)
-            taken.append(name)
             new = Merit.of((execution,)).beyond(before) | purpose
             adds = tuple(o for o in asked if self._obligations.bit(o) & new)
             before = before.and_also(Merit.of((execution,)))
-            case = self._expecting(replace(execution.case, name=name), execution, [o for o in adds if o.counts])
+            case = self._expecting(execution.case, execution, [o for o in adds if o.counts])
+            case = replace(case, name=self._new_name(case, taken))
+            taken.append(case.name)
             by_force = tuple(o for o in adds if self._obligations.bit(o) & execution.forced)
             yield ClosingCase(case, self._tester.execute(case), adds, by_force)
+
+    def _new_name(self, case: Case, taken: Sequence[str]) -> str:
+        """Return a new name for a case: the name of its goal, or of the first and the last one, with a number.
+
+        A case for some obligations has a digest of its content: it is kept beside others that were made alone.
+        """
+        ends = dict.fromkeys((case.goals[0].name, case.goals[-1].name))
+        base = "_then_".join(re.sub(r"[^A-Za-z0-9_]+", "_", goal).strip("_") or "case" for goal in ends)
+        if self._is_partial:
+            text = write_case(replace(case, name="case"), self.model, None)
+            base = f"{base}-{sha256(text.encode()).hexdigest()[:_DIGITS]}"
+            if base not in taken:
+                return base
+        number = next(number for number in count(1) if f"{base}-{number}" not in taken)
+        return f"{base}-{number}"
 
     def _expecting(self, case: Case, execution: Execution, visits: Sequence[Obligation]) -> Case:
         """Return a case that expects what each of its runs has shown: its end, and its first visits."""
@@ -515,13 +536,3 @@ def _what_would_help(goals: GoalOrder) -> str:
     if goals is GoalOrder.SINGLE:
         return "a case ends with its goal: `runs: {goals: sequence}` shows what follows the end"
     return "random cases with other seeds may have one, or a written case with times of its own"
-
-
-def _new_name(goals: Sequence[str], taken: Sequence[str]) -> str:
-    """Return a new name for a case: the name of its goal, or of the first and the last one, with a number."""
-    ends = dict.fromkeys((goals[0], goals[-1]))
-    base = "_then_".join(re.sub(r"[^A-Za-z0-9_]+", "_", goal).strip("_") or "case" for goal in ends)
-    number = 1
-    while f"{base}-{number}" in taken:
-        number += 1
-    return f"{base}-{number}"

@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from scbm.model import Add, Assign, Constant, Reference, Role, conjunction, format_duration, format_value
+from scbm.model.predicates import negated
 from scbm.model.variables import trigger_name
 from scbm.mutation.expression_edits import (
     after,
     can_meet,
     conjuncts_of,
-    negated,
     other_calculations,
     other_constants,
     replaced,
