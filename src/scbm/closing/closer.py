@@ -34,6 +34,7 @@ from scbm.closing.scripts.case_search import (
     in_order,
     natural,
     shortest_for_each,
+    with_makers,
     without_leftovers,
 )
 from scbm.closing.scripts.forced_cases import ForcedCases
@@ -335,7 +336,7 @@ class Closer:
             new = Merit.of((execution,)).beyond(before) | purpose
             adds = tuple(o for o in asked if self._obligations.bit(o) & new)
             before = before.and_also(Merit.of((execution,)))
-            case = self._expecting(execution.case, execution, [o for o in adds if o.counts])
+            case = self._expecting(with_makers(execution), execution, [o for o in adds if o.counts])
             case = replace(case, name=self._new_name(case, taken))
             taken.append(case.name)
             by_force = tuple(o for o in adds if self._obligations.bit(o) & execution.forced)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scbm.cases import CaseLimits, EnvironmentChange
 from scbm.cases.coverage import Aspect, visited_by
-from scbm.cases.trace import AutomaticTaken, End, ReplyReceived, RequestCancelled, RequestSent
+from scbm.cases.trace import AutomaticTaken, End, MeasurementReceived, ReplyReceived, RequestCancelled, RequestSent
 from scbm.closing.runs.walks import best_walk, direct_walks, walk_over
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.closing.scripts.closing_injections import HOLD_NS
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from scbm.closing.runs.all_runs import AllRuns, CloseLimits
     from scbm.closing.runs.run_graph import RunGraph
     from scbm.closing.runs.walks import Walk
+    from scbm.model import Value
     from scbm.testing import Execution, Tester
 
 _MAX_RECORDS = 200_000
@@ -243,6 +244,37 @@ def without_leftovers(execution: Execution, tester: Tester) -> Execution:
             if is_alike and len(attempt.unused) < len(execution.unused):
                 execution = attempt
     return execution
+
+
+def with_makers(execution: Execution) -> Case:
+    """Return the case of a run in which each change from outside names the environment transition that made it.
+
+    An entry for several sources is divided if it has a time; else it stays.
+    """
+    case, changes = execution.case, list[EnvironmentChange]()
+    made = [record for record in execution.trace.records if isinstance(record, MeasurementReceived)]
+    for change in case.environment or ():
+        parts = _taken(change, made)
+        if change.by or not parts or (change.at_ns is None and len(parts) > 1):
+            changes.append(change)
+        else:
+            changes += [replace(change, assign=None if p.by else p.measured, by=p.by) for p in parts]
+    return case if case.environment is None else replace(case, environment=tuple(changes))
+
+
+def _taken(change: EnvironmentChange, made: list[MeasurementReceived]) -> list[MeasurementReceived]:
+    """Take the first records in a row from `made` that assign together what a change does; none if there are none."""
+    wanted = dict(change.assign or ())
+    for begin in range(len(made)):
+        values: dict[str, Value] = {}
+        for end in range(begin, len(made)):
+            values |= dict(made[end].measured)
+            if values == wanted:
+                taken, made[begin : end + 1] = made[begin : end + 1], []
+                return taken
+            if any(values[name] != wanted.get(name) for name in values):
+                break
+    return []
 
 
 def _bits(mask: int) -> Iterator[int]:
