@@ -22,7 +22,7 @@ from scbm.cli.output.progress import LineClock
 from scbm.cli.output.terminal import activity_display
 from scbm.closing import CloseLimits
 from scbm.closing.runs.all_runs import AllRuns
-from scbm.files import load_model
+from scbm.files import load_model, read_case
 from scbm.model import Predicate
 from scbm.planning import PLANNERS, PlannerEntry
 from scbm.running.untimed.run_steps import RunSteps
@@ -661,3 +661,50 @@ def test_a_requirement_that_is_undecided_or_off_is_shown(scbm: Scbm, cell: Path,
     assert ran.code == 1
     shown = ran.out[ran.out.index("Built-in requirements") :]
     wording(shown.partition("\n\n")[0])
+
+
+NO_START = SCAN_CELL.replace("goals:", "initial_states: light == red && light == blue\ngoals:", 1)
+
+
+@pytest.mark.parametrize("verb", [("close",), ("test",), ("explain", "scan_box/failed")])
+def test_an_impossible_beginning_has_its_place_in_the_model(scbm: Scbm, tmp_path: Path, verb: tuple[str, ...]) -> None:
+    path = tmp_path / "cell.yaml"
+    path.write_text(NO_START, encoding="utf-8")
+    line = NO_START.splitlines().index("initial_states: light == red && light == blue") + 1
+    ran = scbm(verb[0], path, *verb[1:])
+    assert ran.code == 2
+    assert diagnostic_heads(ran.err) == [f"{path}:{line}:1: error[no-initial-state]"]
+
+
+DOORS = """
+behavior_model: doors
+variables:
+  door: {domain: [open, closed], initial: closed}
+  alarm: {domain: bool, initial: false, source: state}
+  done: {domain: bool, initial: false}
+resources:
+  arm: {simulation: {latency: 1 s}}
+operations:
+  work: {request: arm, deadline: 5 s, guard: done == false && door == closed, effects: [done <- true]}
+automatic_transitions:
+  warns: {g: door == open && current.state == executing, a: [alarm <- true]}
+environment:
+  opens: {guard: door == closed, actions: [door <- open]}
+  closes: {guard: door == open, actions: [door <- closed]}
+goals:
+  done: done == true
+"""
+
+
+@pytest.mark.parametrize("options", [(), ("--max-states", 5), ("--one-case-each",)])
+def test_changes_of_new_cases_name_the_transition_that_makes_them(
+    scbm: Scbm, tmp_path: Path, options: tuple[object, ...]
+) -> None:
+    (tmp_path / "doors.yaml").write_text(DOORS, encoding="utf-8")
+    model = load_model(tmp_path / "doors.yaml")
+    scbm("close", tmp_path / "doors.yaml", "--out", tmp_path / "out", *options)
+    cases = [read_case(path.read_text("utf-8"), model) for path in sorted((tmp_path / "out" / "cases").iterdir())]
+    changes = [change for case in cases for change in case.environment or ()]
+    assert changes
+    assert [change for change in changes if not change.by or change.assign] == []
+    assert scbm("test", tmp_path / "doors.yaml", tmp_path / "out" / "cases").code == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -117,11 +118,28 @@ def test_of_an_operation_nothing_is_reported_twice(scbm: Scbm, tmp_path: Path, w
     path = tmp_path / "steps.yaml"
     path.write_text(STEPS, encoding="utf-8")
     out = scbm("explain", path, "finish").out
-    assert out.count("\n  finished-1 is a new case") == out.count("\ncase: finished-1\n") == 1
+    names = re.findall(r"\n  (finished-[0-9a-f]{6}) is a new case", out)
+    assert names
+    assert [out.count(f"\ncase: {name}\n") for name in names] == [1] * len({*names}) == [1] * len(names)
     wording(out)
     out = scbm("explain", path, "spare").out
     assert out.count("at == 3 && at == 0") == 1
     wording(out)
+
+
+def test_cases_with_one_name_are_equal_whatever_was_asked_for(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "steps.yaml"
+    path.write_text(STEPS, encoding="utf-8")
+    texts: dict[str, str] = {}
+    scbm("close", path, "--out", tmp_path / "out")
+    for file in (tmp_path / "out" / "cases").iterdir():
+        texts[file.stem] = re.sub(r"(?m)^(#|model:).*\n", "", file.read_text("utf-8"))
+    closed = len(texts)
+    for asked in ("move", "move/executing", "move/completed", "finish/executing", "finish/completed", "finish"):
+        for case in json.loads(scbm("explain", path, asked, "--json").out)["cases"]:
+            text = re.sub(r"(?m)^model:.*\n", "", case["text"])
+            assert texts.setdefault(case["name"], text) == text
+    assert len(texts) > closed
 
 
 def test_a_plan_of_nothing_is_not_reported(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
@@ -136,6 +154,8 @@ def test_a_plan_of_nothing_is_not_reported(scbm: Scbm, tmp_path: Path, wording: 
     ("text", "nearest"),
     [
         ("gripper_open/complete", "`gripper_open/completed`"),
+        ("gripper_open/bogus", "the obligations of gripper_open are: gripper_open/disabled, "),
+        ("griper_open/failed", "`gripper_open/failed`"),
         ("griper_open", "`gripper_open`"),
         ("automatic/clear_scan_timeout", "`automatic/clear_scan_timeouts`"),
         ("", "robot_move_to_home/disabled, "),

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
-from scbm.files import FileWriter, read_file, real_path
+from scbm.files import FileWriter, load_located, read_file, real_path
 from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
+from scbm.model.predicates import TRUE
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
 from scbm.testing import Campaign, RandomCases
@@ -130,11 +131,24 @@ class Suite:
     def run(self, show: Callable[[str], None], executor: Executor | None = None) -> Campaign:
         """Run all cases in simulation, by default in this process; `show` is called with the progress."""
         total = BatchSummary(written=len(self.written))
-        with closing(run_steps(self.work, executor)) as steps:
+        with self.locating(), closing(run_steps(self.work, executor)) as steps:
             for step in steps:
                 total = step.total
                 show(f"running {total.count} of {counted(self.count, 'case')}")
         return Campaign(self.model, self.work, total)
+
+    @contextmanager
+    def locating(self) -> Iterator[None]:
+        """Give errors about `initial_states` their place in the model file."""
+        try:
+            yield
+        except InputError as error:
+            slugs = (Slug.NO_INITIAL_STATE, Slug.INITIAL_STATE_NOT_FOUND)
+            if self.model.initial_states == TRUE or any(each.slug not in slugs for each in error.diagnostics):
+                raise
+            place, line = load_located(self.file)[1].find(("initial_states",))
+            found = [replace(each, place=place, source_line=line) for each in error.diagnostics]
+            raise InputError(found) from error
 
     @cached_property
     def by_name(self) -> dict[str, WrittenCase]:

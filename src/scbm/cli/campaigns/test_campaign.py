@@ -140,7 +140,8 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     """
     rule = StopRule(output.stop, output.dry)
     steps = run_steps(suite.work, executor, rule, keeps_all=output.store is not None)
-    done = carry_out(suite, output.store, lambda _: finished_batches(suite, steps), None, stop=output.stop)
+    with suite.locating():
+        done = carry_out(suite, output.store, lambda _: finished_batches(suite, steps), None, stop=output.stop)
     if output.dry is not None:
         suite = suite.first_drawn(done.drawn)
     is_whole = done.ended is None or done.is_stopped  # after an interruption, users do not wait for small cases

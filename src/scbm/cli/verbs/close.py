@@ -158,7 +158,8 @@ class _CloseRequest:
                 campaign = suite.run(show, executor)
             show(f"exploring {model.name}")
             closer = Closer(model, self.limits, show, executor, self.interruption)
-            closing = closer.close(campaign, one_case_each=self.one_case_each)
+            with suite.locating():
+                closing = closer.close(campaign, one_case_each=self.one_case_each)
             if self.requirements and not closing.is_interrupted:
                 from scbm.closing.requirements.requirement_closer import RequirementCloser  # noqa: PLC0415 - few closings do
 

@@ -1,5 +1,6 @@
 """`scbm explain`: explains in sentences how an obligation is covered, or why it is not."""
 
+from collections.abc import Sequence
 from shlex import quote
 from typing import Annotated, Any
 
@@ -19,7 +20,7 @@ from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
 from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
-from scbm.files import load_model, suggestion, write_case
+from scbm.files import load_model, nearest, suggestion, write_case
 from scbm.model import BehaviorModel, Slug
 from scbm.reports.figure_table import shown_path
 from scbm.reports.terminal.explanation_report import case_lines, explanation_lines
@@ -52,7 +53,8 @@ def command(
                 interruption.check()
                 campaign = given.run(show)
             show(f"exploring {loaded.name}")
-            closing = Closer(loaded, limits, show, interruption=interruption).close(campaign, asked)
+            with given.locating():
+                closing = Closer(loaded, limits, show, interruption=interruption).close(campaign, asked)
         explanations = explain(with_waivers(closing, review), asked, _executions(closing, given))
         if json:
             write_json(_json(explanations, given))
@@ -84,8 +86,24 @@ def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
         return found
     names = [*lifted_names(model, known), *map(str, known), *dict.fromkeys(obligation.subject for obligation in known)]
     message = f"the model has no obligation `{text}`"
-    remedy = suggestion(text, names, "the obligations are")
-    raise option_error("OBLIGATION", message, remedy, text, Slug.UNKNOWN_OBLIGATION)
+    raise option_error("OBLIGATION", message, _remedy(text, names), text, Slug.UNKNOWN_OBLIGATION)
+
+
+def _remedy(text: str, names: Sequence[str]) -> str | None:
+    """Return the most similar name, else the names of the same operation, else all names."""
+    aspects: dict[str, list[str]] = {}
+    for name in names:
+        subject, _, aspect = name.rpartition("/")
+        aspects.setdefault(subject, []).append(aspect)
+    subject, slash, aspect = text.rpartition("/")
+    similar = subject if subject in aspects else nearest(subject, aspects)
+    if slash and similar is not None:
+        near = nearest(aspect, aspects[similar])
+        if near is not None:
+            return f"did you mean `{similar}/{near}`?"
+        names = [f"{similar}/{each}" for each in aspects[similar]]
+        return f"the obligations of {similar} are: {', '.join(names)}"
+    return suggestion(text, names, "the obligations are")
 
 
 def _executions(closing: Closing, suite: Suite) -> dict[str, Execution]:
