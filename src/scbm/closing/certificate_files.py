@@ -6,7 +6,6 @@ import os
 import re
 from contextlib import suppress
 from dataclasses import dataclass, field
-from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Decision
@@ -15,6 +14,7 @@ from scbm.closing.proof_reasons import REASONS_SUFFIX, read_reasons
 from scbm.files import digest_of, open_input, read_file, without_detours
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, Slug
 from scbm.model.json_reader import JsonError, read_json
+from scbm.model.visible_text import shell_word
 from scbm.proofcheck import RunsArgument
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class CertificateFile:
         """Return `model_path`. Raises `InputError` if it is `None`."""
         if self.model_path is None:
             message = "the certificate does not say in which file its model is"
-            remedy = f"name the model: `scbm close MODEL --check {quote(str(self.path))}`"
+            remedy = f"name the model: `scbm close MODEL --check {shell_word(str(self.path))}`"
             raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place(str(self.path)), remedy)])
         return self.model_path
 
@@ -91,7 +91,7 @@ class CheckedCertificate:
             model_path: the file of the model that it was checked against.
         """
         place = Place(str(self.file.path))
-        remedy = f"close it again: `scbm close {quote(str(model_path))} --out DIRECTORY`"
+        remedy = f"close it again: `scbm close {shell_word(str(model_path))} --out DIRECTORY`"
         if not self.is_of_this_model:
             message = f"this certificate is for another version of the model than {model_path}"
             return [Diagnostic(Slug.CERTIFICATE_WRONG, message, place, remedy)]

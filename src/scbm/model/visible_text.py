@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from shlex import quote
 from typing import Any
 
 ACTING = re.compile(
@@ -27,6 +28,21 @@ def in_one_line(text: str) -> str:
 def printable(text: str) -> str:
     """Return the text as one line with escapes for all that cannot be seen, such as a zero-width space."""
     return text if text.isprintable() else "".join(c if c.isprintable() else _escape(c) for c in text)
+
+
+def shell_word(text: str) -> str:
+    r"""Return a text as one word of a command for Bash, to be copied: `$'a\x1bb'` if it has what cannot be seen."""
+    if text.isprintable():
+        return quote(text)
+    return f"$'{''.join(map(_in_shell, text))}'"
+
+
+def _in_shell(character: str) -> str:
+    if character.isprintable():
+        return f"\\{character}" if character in "\\'" else character
+    is_byte = "\udc80" <= character <= "\udcff"  # a byte of a file name that is not UTF-8
+    encoded = character.encode(errors="surrogateescape" if is_byte else "surrogatepass")
+    return "".join(f"\\x{byte:02x}" for byte in encoded)
 
 
 def escaped_data(data: Any) -> Any:  # noqa: ANN401 - any value that JSON can represent

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from shlex import quote
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -18,6 +17,7 @@ from scbm.cases.coverage import (
     Statuses,
     first_missed,
 )
+from scbm.model.visible_text import shell_word
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -118,7 +118,7 @@ def wrapped(words: str, columns: int, first: str, following: int) -> Iterator[st
 
 def shown_path(path: str) -> str:
     """Return a path as a word of a shell that no command takes for an option."""
-    return quote(f"./{path}" if path.startswith("-") else path)
+    return shell_word(f"./{path}" if path.startswith("-") else path)
 
 
 def command_text(before: str, command: str, what: str = "") -> Text:

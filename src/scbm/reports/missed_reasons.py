@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Decision, Obligation
+from scbm.model.visible_text import shell_word
 from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans
 from scbm.reports.figure_table import counted, shown_path
 
@@ -51,7 +51,7 @@ def missed_reasons(
     reasons = _MissedReasons(model, coverage.visits(), coverage.count, advisor)
 
     def missed(status: ObligationStatus) -> Missed:
-        command = f"scbm explain {shown_path(file)} {quote(str(status.obligation))}"
+        command = f"scbm explain {shown_path(file)} {shell_word(str(status.obligation))}"
         reason = reasons.why(status.obligation) if status.decision is Decision.UNDECIDED else status.words
         return Missed(status.obligation, reason, command, status.decision)
 

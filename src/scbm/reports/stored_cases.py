@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.model import FIRST_PLANNER, PlannerIdentity, format_duration
+from scbm.model.visible_text import shell_word
 from scbm.planning import DRAWN_PLANS
 from scbm.reports.figure_table import counted, shown_path
 from scbm.store import Written
@@ -93,7 +93,7 @@ def again(stored: StoredCase, model_file: str, runs: Sequence[StoredRun]) -> str
     if isinstance(recipe, Written):
         options = "" if _PLANS.search(recipe.text) else _planner_options(run, more=recipe.text)  # it needs no planner
         return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{options}{_added(recipe)}"
-    network = f" --network {quote(recipe.network)}" if recipe.network else ""
+    network = f" --network {shell_word(recipe.network)}" if recipe.network else ""
     network += " --inputs drawn" if recipe.moves_inputs else ""
     options = f"{network}{_planner_options(run)}{_added(recipe)}"
     return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{options}"
@@ -122,7 +122,7 @@ def _planner_options(run: StoredRun, prefix: str = "--", more: str = "") -> str:
         limits = [(name.replace("_", "-"), str(limit)) for name, limit in planner.limits.items()]
         options = [("planner", planner.name), *limits, *plans]
     return "".join(
-        f" {prefix}{option} {quote(value)}" for option, value in options if prefix == "--" or option != "plans"
+        f" {prefix}{option} {shell_word(value)}" for option, value in options if prefix == "--" or option != "plans"
     )
 
 
@@ -135,7 +135,7 @@ def _added(recipe: Recipe) -> str:
     """Return the options that the command line added to the case, each with a leading blank."""
     limit = [] if recipe.time_limit_ns is None else [("--time-limit", format_duration(recipe.time_limit_ns))]
     options = [*limit, *(("--require", sentence) for _, sentence in recipe.requirements)]
-    return "".join(f" {option} {quote(value)}" for option, value in options)
+    return "".join(f" {option} {shell_word(value)}" for option, value in options)
 
 
 _MAX_PLACES = 5

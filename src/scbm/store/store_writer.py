@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import shlex
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -24,6 +23,7 @@ from scbm.cases.coverage import (
 from scbm.cases.trace import End
 from scbm.files import digest_of
 from scbm.model import Slug
+from scbm.model.visible_text import shell_word
 from scbm.planning import planner_of_random_runs
 from scbm.store.history import ModelSource, StoredRun, key_of, sayable
 from scbm.store.history_reader import NO_OTHERS, visits_under_other_objects
@@ -76,7 +76,7 @@ def begin_run(
         waivers: the waivers that count in the run.
     """
     source = ModelSource(sayable(model_path), model_text)
-    words = sayable(shlex.join(command))
+    words = sayable(" ".join(map(shell_word, command)))
     return StoredRun(uuid4().hex, time_now(), words, source, nodes=nodes, waivers=tuple(waivers))
 
 

@@ -364,6 +364,8 @@ def test_a_name_that_leads_to_no_file_is_a_located_error(use: str, name: str, tm
     assert found.slug in {Slug.FILE_UNREADABLE, Slug.FILE_MISSING}
     assert (found.place.file, found.place.line, found.place.length) == (str(path), 2, len(name))
     assert found.message.isprintable()
+    assert ("NUL character" in found.message) is ("a\\0b" in name)
+    assert ("`a\\x00b.yaml`" in found.message) is ("a\\0b" in name)
 
 
 def test_a_folder_can_be_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

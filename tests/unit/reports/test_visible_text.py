@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import subprocess
 import zlib
 from base64 import b64decode
 from collections.abc import Callable
 from pathlib import Path
+from shutil import which
 
 import pytest
 
 from conftest import Ran
-from scbm.model.visible_text import ACTING, escaped, escaped_data, in_one_line, printable
+from scbm.model.visible_text import ACTING, escaped, escaped_data, in_one_line, printable, shell_word
 from scbm.reports.formats import FORMATS
+from support.models import SCAN_CELL
 
 ROOT = Path(__file__).parents[3]
 Scbm = Callable[..., Ran]
@@ -92,3 +96,24 @@ def test_line_ends_and_tabs_act_only_within_a_line() -> None:
     assert escaped_data({"a\x00": [("\ud800\uffff", 1, None, True, "ü 模😀")]}) == {
         "a\\x00": [["\\ud800\\uffff", 1, None, True, "ü 模😀"]]
     }
+
+
+@pytest.mark.skipif(which("bash") is None, reason="bash is not installed")
+@pytest.mark.parametrize(
+    "name",
+    ["plain", "", "two words", "it's", "a\nb\tc", "\x1b[2J\\x'41", "\u202egnp\u202c", "ä\u00a0ö", "\udcff\udcc3.yaml"],
+)
+def test_a_word_of_a_command_is_what_bash_makes_of_it(name: str) -> None:
+    word = shell_word(name)
+    assert word.isprintable()
+    echoed = subprocess.run(["bash", "-c", f"printf %s {word}"], capture_output=True, check=True).stdout  # noqa: S607 - bash of the system
+    assert os.fsdecode(echoed) == name
+
+
+def test_commands_about_a_file_whose_name_cannot_be_shown_can_be_copied(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / f"mo\ndel{CLEAR}.yaml"
+    path.write_text(SCAN_CELL, encoding="utf-8")
+    for arguments in (("close", path), ("test", path, "--cases", 3)):
+        out = scbm(*arguments).out
+        assert f"{tmp_path}/mo\\x0adel\\x1b[2J.yaml" in out
+        assert all("$'" in line for line in out.splitlines() if "mo\\x0adel" in line and "scbm " in line)

@@ -6,13 +6,13 @@ import re
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
 from scbm.files import FileWriter, load_located, read_file, real_path
 from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
 from scbm.model.predicates import TRUE
+from scbm.model.visible_text import shell_word
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
 from scbm.testing import Campaign, RandomCases
@@ -222,7 +222,7 @@ class Suite:
     @property
     def network_option(self) -> str:
         """The options for the network and the inputs of the random cases, each with a leading blank."""
-        network = f" --network {quote(self.network_text)}" if self.network_text else ""
+        network = f" --network {shell_word(self.network_text)}" if self.network_text else ""
         return network + (" --inputs drawn" if self.moves_inputs else "")
 
     @property
@@ -233,7 +233,7 @@ class Suite:
     @property
     def close_options(self) -> str:
         """The suite as options of `scbm close MODEL`."""
-        return "".join(f" --suite {quote(str(path))}" for path in self.paths) + self.drawing + self.planner_option
+        return "".join(f" --suite {shell_word(str(path))}" for path in self.paths) + self.drawing + self.planner_option
 
     def again(self, name: str) -> str | None:
         """Return the command that reproduces a case; `None` if the suite has no case with that name."""
@@ -251,14 +251,14 @@ class Suite:
         """Return the option for the model; empty if the case names this model itself."""
         named = written.model_path
         is_this = named is not None and real_path(named) == real_path(self.file)
-        return "" if is_this else f" --model {quote(str(self.file))}"
+        return "" if is_this else f" --model {shell_word(str(self.file))}"
 
     @property
     def _judging(self) -> str:
         """The options that decide how long cases run and what they must meet."""
         limit = [] if self.time_limit_ns is None else [("--time-limit", format_duration(self.time_limit_ns))]
         options = [*limit, *(("--require", str(requirement.sentence)) for requirement in self.requirements)]
-        return "".join(f" {option} {quote(value)}" for option, value in options)
+        return "".join(f" {option} {shell_word(value)}" for option, value in options)
 
 
 def _read_cases(paths: Sequence[Path], model: BehaviorModel) -> tuple[WrittenCase, ...]:

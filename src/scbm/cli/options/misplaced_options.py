@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from shlex import quote
 from typing import TYPE_CHECKING
 
+from scbm.model.visible_text import shell_word
 from scbm.reports.figure_table import shown_path
 from scbm.reports.formats import FORMATS
 
@@ -42,7 +42,7 @@ def _way_to_report(option: str, arguments: Sequence[str], options: Sequence[str]
     """Return what writes a report in a format of `scbm report`: through a store, if the verb writes one."""
     given = _value_of(_STORE, arguments)
     store = shown_path(given or "results.db")
-    command = f"scbm {REPORT} {store} {option} {quote(_value_of(option, arguments) or 'FILE')}"
+    command = f"scbm {REPORT} {store} {option} {shell_word(_value_of(option, arguments) or 'FILE')}"
     if given is not None:
         return f"leave it out here, then run `{command}`"
     if _STORE in options:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
 import socket
 from dataclasses import dataclass
 from enum import StrEnum
@@ -18,6 +17,7 @@ from scbm.cli.options.option_errors import option_error, refuse_given
 from scbm.cli.options.registry_options import NameOf
 from scbm.files import load_bindings, load_model, parse_duration, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.visible_text import shell_word
 from scbm.testing.transports import ALL_INTERFACES, DEFAULT_TRANSPORT, LOOPBACK, TRANSPORTS
 
 if TYPE_CHECKING:
@@ -274,7 +274,7 @@ class NodeOptions:
         """The options that give the same nodes, each with a leading blank."""
         domain = f" --domain {self.domain}{self.interface_option}" if TRANSPORTS[self.transport].joins_processes else ""
         scale = "" if self.time_scale == 1 else f" --time-scale {self.time_scale}"
-        bindings = "" if self.bindings is None else f" --bindings {shlex.quote(str(self.bindings))}"
+        bindings = "" if self.bindings is None else f" --bindings {shell_word(str(self.bindings))}"
         real = "".join(f" --real {name}" for name in self.real)
         via = "" if self.via is Via.DDS else f" --via {self.via}"
         return f" --transport {self.transport}{domain}{scale}{bindings}{real}{via}"

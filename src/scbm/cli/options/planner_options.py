@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
-from shlex import quote
 from typing import TYPE_CHECKING, Annotated
 
 from scbm.cli.options.help_sections import HelpSection
@@ -12,6 +11,7 @@ from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.registry_options import KnownName, OptionGroup
 from scbm.files import parse_duration
 from scbm.model import BehaviorModel, InputError, PlannerChoice, RunPlans, Slug
+from scbm.model.visible_text import shell_word
 from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
 from scbm.testing.planner_override import override_planner, uncounted
 
@@ -97,7 +97,7 @@ class PlannerOptions:
     @property
     def text(self) -> str:
         """The options as they are repeated on a command line, with a blank before each."""
-        return "".join(f" {word}" for word in map(quote, self.words))
+        return "".join(f" {word}" for word in map(shell_word, self.words))
 
     @property
     def words(self) -> Sequence[str]:

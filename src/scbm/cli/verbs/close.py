@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from shlex import quote
 from typing import Annotated, Any
 
 import typer
@@ -27,6 +26,7 @@ from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.visible_text import shell_word
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
 from scbm.reports.terminal.closing_report import ClosingSetting, closing_report
@@ -176,7 +176,7 @@ class _CloseRequest:
     @property
     def waivers_option(self) -> str:
         """The option for the waivers file, with a leading blank; empty without one."""
-        return "" if self.waivers is None else f" --waivers {quote(str(self.waivers))}"
+        return "" if self.waivers is None else f" --waivers {shell_word(str(self.waivers))}"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ import re
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from shlex import quote
 from typing import Annotated
 
 import typer
@@ -15,6 +14,7 @@ import scbm
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import results
 from scbm.files import FileWriter, read_file
+from scbm.model.visible_text import shell_word
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ def command(
         lines.line(str(path))
     lines.line("")
     lines.line("Next:")
-    lines.line(f"  cd {quote(str(into))}")
+    lines.line(f"  cd {shell_word(str(into))}")
     for line in _commands(EXAMPLES[example]):
         lines.line(f"  {line}")
     return 0

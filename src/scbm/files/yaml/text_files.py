@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import re
-import shlex
 import stat
 from pathlib import Path
 from typing import IO
@@ -15,6 +14,7 @@ from scbm.files.yaml.document import YamlNode, read_document
 from scbm.files.yaml.error_collector import ErrorCollector
 from scbm.files.yaml.source_text import SourceText
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.visible_text import shell_word
 
 MAX_BYTES = 4 * 1024 * 1024
 """The maximum size of a file; the largest files that people write have a hundredth of it."""
@@ -60,7 +60,7 @@ def _refuse_runs(source: SourceText, noun: str) -> None:
     if match is None:
         return
     if match[1] == "events":
-        message, remedy = "the log of a run over nodes", f"`scbm replay {shlex.quote(source.file)}` shows it"
+        message, remedy = "the log of a run over nodes", f"`scbm replay {shell_word(source.file)}` shows it"
     else:
         message, remedy = "the trace of a run", None
     shown = f"expected a {noun} file, and this is {message}"
@@ -102,7 +102,11 @@ def read_file(path: Path, max_bytes: int = MAX_BYTES) -> str:
         raise _unreadable(Slug.FILE_IS_DIRECTORY, "this is a directory, not a file", path) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise _unreadable(Slug.FILE_UNREADABLE, f"cannot read the file: {reason.lower()}", path) from None
+        has_nul = "\0" in str(path)
+        message = (
+            "a file name cannot contain the NUL character" if has_nul else f"cannot read the file: {reason.lower()}"
+        )
+        raise _unreadable(Slug.FILE_UNREADABLE, message, path) from None
     if is_too_large or len(data) > max_bytes:
         raise _unreadable(Slug.FILE_TOO_LARGE, f"the file is larger than {max_bytes // 1024**2} MiB", path)
     try:

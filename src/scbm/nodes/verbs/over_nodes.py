@@ -7,7 +7,6 @@ users. A saved log never replaces another one: a real run cannot be repeated.
 from __future__ import annotations
 
 import os
-import shlex
 import sys
 from contextlib import closing, contextmanager
 from dataclasses import replace
@@ -22,7 +21,7 @@ from scbm.cli.options.node_options import ALONE, Via, transport_option
 from scbm.cli.output.terminal import errors
 from scbm.files import FileWriter, digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.model.visible_text import in_one_line
+from scbm.model.visible_text import in_one_line, shell_word
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
 from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.nodes.limited_warnings import LimitedWarnings
@@ -201,7 +200,7 @@ def _node(role: str, asked: NodeOptions, resources: Sequence[str] = ()) -> str:
     is_default = asked.domain == 0 and not os.environ.get("ROS_DOMAIN_ID")
     domain = "" if is_default else f" --domain {asked.domain}"
     options = f"{transport_option(asked.transport)}{domain}{asked.interface_option}"
-    return f"`scbm node {role} {shlex.quote(str(asked.file))}{names}{options}`"
+    return f"`scbm node {role} {shell_word(str(asked.file))}{names}{options}`"
 
 
 def silent_driver(answers: Answers, asked: NodeOptions) -> str:

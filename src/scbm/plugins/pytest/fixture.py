@@ -7,11 +7,11 @@ import os
 import re
 from collections import Counter
 from operator import index
-from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.files import read_case
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.visible_text import shell_word
 from scbm.plugins.pytest.session_models import ModelResults, planner_words
 from scbm.reports import failure_lines
 from scbm.reports.terminal.failure_report import finding_lines
@@ -130,7 +130,7 @@ class ModelUnderTest:
 
     def _again(self, seed: int, number: int) -> str:
         """Return the command that runs a random case again."""
-        model = quote(self._loaded.shown)
+        model = shell_word(self._loaded.shown)
         return f"scbm run {model} --seed {seed} --case {number}{planner_words(self._models.config)}"
 
     def _execute(self, case: Case, test: str) -> Execution:

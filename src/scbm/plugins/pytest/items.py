@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-import shlex
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from scbm.files import is_case_text, open_case, real_path
 from scbm.model import InputError
+from scbm.model.visible_text import shell_word
 from scbm.plugins.pytest.session_models import ModelResults, planner_words
 from scbm.plugins.pytest.session_stash import models_of
 from scbm.reports import failure_lines
@@ -117,11 +117,11 @@ class CaseItem(pytest.Item):
 
     def _command(self, models: SessionModels, loaded: LoadedModel, case: Case) -> str:
         """Return the command that shows the run again."""
-        command = f"scbm replay {shlex.quote(models.shown(self.path))}"
+        command = f"scbm replay {shell_word(models.shown(self.path))}"
         assert self._document is not None  # noqa: S101 - it was run
         named = self._document.model_path
         is_named = named is not None and real_path(models.config.invocation_params.dir / named) == loaded.path
-        model = "" if is_named else f" --model {shlex.quote(loaded.shown)}"
+        model = "" if is_named else f" --model {shell_word(loaded.shown)}"
         return f"{command}{model}{planner_of_replay(case, loaded.behavior, planner_words(models.config))}"
 
     def repr_failure(self, excinfo: ExceptionInfo[BaseException], style: Any = None) -> str | TerminalRepr:  # noqa: ANN401 - as pytest declares it

@@ -9,13 +9,13 @@ import pickle
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from shlex import quote
 from typing import TYPE_CHECKING
 
 import pytest
 
 from scbm.files import load_model, real_path, without_detours
 from scbm.model import InputError, PlannerChoice
+from scbm.model.visible_text import shell_word
 from scbm.testing import Campaign, Tester
 from scbm.testing.planner_override import override_planner, refuse_unknown_planner
 from scbm.testing.written_cases import RecordingMode, recordings_of, write_recordings
@@ -43,7 +43,7 @@ def planner_words(config: pytest.Config) -> str:
     """Return the options for the planner as `scbm replay` takes them, each with a leading blank."""
     asked = planner_asked_for(config)
     given = (("--planner", asked.name), ("--max-length", asked.max_length), ("--max-expanded", asked.max_expanded))
-    return "".join(f" {option} {quote(str(value))}" for option, value in given if value is not None)
+    return "".join(f" {option} {shell_word(str(value))}" for option, value in given if value is not None)
 
 
 def refuse_unknown(config: pytest.Config) -> None:
