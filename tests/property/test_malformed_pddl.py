@@ -9,8 +9,8 @@ from random import Random
 import pytest
 
 from scbm.files import read_model
-from scbm.files.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 from scbm.model import InputError
+from scbm.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 from support.profiles import share
 from support.published_pddl import PUBLISHED
 

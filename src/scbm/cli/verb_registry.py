@@ -63,7 +63,7 @@ VERBS: dict[str, VerbEntry] = {
         "Print the JSON Schema of model files, case files, files of bindings, of waivers or of parts.",
     ),
     "import pddl": VerbEntry(
-        "scbm.cli.verbs.import_pddl",
+        "scbm.pddl.import_pddl",
         "Write a model for a domain and a problem of PDDL, with its types, predicates and actions.",
     ),
     "export pddl": VerbEntry(

@@ -10,7 +10,7 @@ from scbm.model import Diagnostic, Place, Slug
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.files.pddl.pddl_text import PddlText
+    from scbm.pddl.pddl_text import PddlText
 
 MAX_DEPTH = 32
 """The maximum number of open brackets: `unified-planning` recurses at each, and fails at about 50."""

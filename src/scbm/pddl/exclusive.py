@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from itertools import combinations, permutations
 from typing import TYPE_CHECKING, NamedTuple
 
-from scbm.files.pddl.pddl_task import InvariantPart
+from scbm.pddl.pddl_task import InvariantPart
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from unified_planning.model import Action, Effect, FNode, Problem, TimeInterval, Timing
     from unified_planning.model.types import Type
 
-    from scbm.files.pddl.pddl_task import FactInvariant
+    from scbm.pddl.pddl_task import FactInvariant
 
 MAX_CANDIDATES = 300
 """Maximum number of candidates for one parameter of a fluent. Known domains need fewer than 20."""

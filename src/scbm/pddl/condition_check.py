@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from scbm.files.pddl.declared_names import remedy_for, shown_kinds
+from scbm.pddl.declared_names import remedy_for, shown_kinds
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from scbm.files.pddl.declared_names import DeclaredFluent, Kinds, PddlNames
-    from scbm.files.pddl.pddl_nodes import FileFaults, PddlNode
+    from scbm.pddl.declared_names import DeclaredFluent, Kinds, PddlNames
+    from scbm.pddl.pddl_nodes import FileFaults, PddlNode
 
 NUMBER = re.compile(r"-?\d{1,18}(\.\d{1,18})?")
 """A number, with at most as many digits as a model can have."""

@@ -12,8 +12,9 @@ from typing import Any
 import pytest
 
 from scbm.files import read_model
-from scbm.files.pddl import ImportedModel, PddlImportOptions, PddlText, imported_model, read_pddl
-from scbm.files.pddl.pddl_task import (
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
+from scbm.pddl import ImportedModel, PddlImportOptions, PddlText, imported_model, read_pddl
+from scbm.pddl.pddl_task import (
     FALSE,
     TRUE,
     InvariantPart,
@@ -24,7 +25,6 @@ from scbm.files.pddl.pddl_task import (
     PddlLiftedAction,
     PddlTask,
 )
-from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.planning import Planner, Solved
 from support.wording import Wording, diagnostic_heads
 
@@ -612,7 +612,7 @@ def test_a_missing_library_is_named_with_the_command_that_installs_it(
             raise ModuleNotFoundError(name=name)
         return import_module(name)
 
-    monkeypatch.setattr("scbm.files.pddl.pddl_reader.import_module", missing)
+    monkeypatch.setattr("scbm.pddl.pddl_reader.import_module", missing)
     (tmp_path / "d.pddl").write_text(BLOCKS)
     ran = scbm("import", "pddl", tmp_path / "d.pddl", tmp_path / "d.pddl", "-o", tmp_path / "m.yaml")
     assert (ran.code, "pip install 'scbm[pddl]'" in ran.err) == (2, True)

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
-from scbm.files.pddl.pddl_reader import conjuncts, negated
-from scbm.files.pddl.pddl_task import FALSE, TRUE, PddlFormula
+from scbm.pddl.pddl_reader import conjuncts, negated
+from scbm.pddl.pddl_task import FALSE, TRUE, PddlFormula
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from scbm.files.pddl.pddl_task import EffectKind, PddlEffect, PddlLiftedAction
+    from scbm.pddl.pddl_task import EffectKind, PddlEffect, PddlLiftedAction
 
 MAX_ACTION_CASES = 32
 """An action is divided into so many operations at most: more would be no model that people read."""

@@ -6,16 +6,16 @@ from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, TypeVar
 
-from scbm.files.pddl.pddl_reader import conjuncts
-from scbm.files.pddl.pddl_task import TRUE, PddlFormula
 from scbm.files.spelling import suggestion
 from scbm.model import Diagnostic, Place, Severity, Slug
+from scbm.pddl.pddl_reader import conjuncts
+from scbm.pddl.pddl_task import TRUE, PddlFormula
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from scbm.files.pddl.pddl_task import Fact, PddlEffect, PddlLiftedAction, PddlTask
-    from scbm.files.pddl.pddl_text import PddlText
+    from scbm.pddl.pddl_task import Fact, PddlEffect, PddlLiftedAction, PddlTask
+    from scbm.pddl.pddl_text import PddlText
 
 _Item = TypeVar("_Item")
 

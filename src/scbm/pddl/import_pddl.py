@@ -10,8 +10,8 @@ from scbm.cli.options.option_errors import option_error
 from scbm.cli.output.terminal import errors, results
 from scbm.files import FileWriter, read_file, read_model
 from scbm.files.file_writer import has_text
-from scbm.files.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 from scbm.model import InputError
+from scbm.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 
 
 def command(

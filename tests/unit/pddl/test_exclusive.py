@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from scbm.files.pddl.exclusive import proved_invariants
-from scbm.files.pddl.pddl_task import FactInvariant, InvariantPart
+from scbm.pddl.exclusive import proved_invariants
+from scbm.pddl.pddl_task import FactInvariant, InvariantPart
 from support.profiles import share
 from support.published_pddl import PUBLISHED
 

@@ -13,7 +13,7 @@ from random import Random
 import pytest
 
 from scbm.files import read_model
-from scbm.files.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
+from scbm.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 from scbm.planning import Planner, Solved, Unsolvable
 from support.profiles import share
 

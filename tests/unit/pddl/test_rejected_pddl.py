@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from scbm.files.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 from scbm.model import InputError, Slug
+from scbm.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 
 # the reader of `unified-planning` 1.3 calls old names of a library of its own
 pytestmark = pytest.mark.filterwarnings("ignore:.* deprecated - use:DeprecationWarning")
 
-FOLDER = Path(__file__).parents[3] / "models" / "rejected_pddl"
+FOLDER = Path(__file__).parents[2] / "models" / "rejected_pddl"
 NAMES = sorted({path.name.partition(".")[0] for path in FOLDER.glob("*.pddl")} - {"right"})
 
 

@@ -7,18 +7,18 @@ from fractions import Fraction
 from math import ceil
 from typing import TYPE_CHECKING
 
-from scbm.files.pddl.constant_terms import UnknownValueError, values_of
-from scbm.files.pddl.pddl_task import PddlFormula
 from scbm.files.spelling import suggestion
 from scbm.model import Diagnostic, Place, Slug
+from scbm.pddl.constant_terms import UnknownValueError, values_of
+from scbm.pddl.pddl_task import PddlFormula
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from scbm.files.pddl.action_cases import ActionCase
-    from scbm.files.pddl.import_names import ImportNames
-    from scbm.files.pddl.pddl_task import PddlDuration, PddlLiftedAction, PddlTask
-    from scbm.files.pddl.pddl_text import PddlText
+    from scbm.pddl.action_cases import ActionCase
+    from scbm.pddl.import_names import ImportNames
+    from scbm.pddl.pddl_task import PddlDuration, PddlLiftedAction, PddlTask
+    from scbm.pddl.pddl_text import PddlText
 
 _WIDTH = 110
 """A mapping that is longer has one entry in each line."""

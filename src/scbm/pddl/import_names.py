@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scbm.files.pddl.pddl_task import PddlTask
+    from scbm.pddl.pddl_task import PddlTask
 
 _WORDS = (
     *("true", "false", "in", "always", "never", "after", "before", "until", "leads", "within", "forall", "exists"),

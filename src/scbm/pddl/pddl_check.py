@@ -9,20 +9,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.files.pddl.action_check import ActionCheck
-from scbm.files.pddl.condition_check import NUMBER, ConditionCheck
-from scbm.files.pddl.declared_names import PddlNames, remedy_for
-from scbm.files.pddl.pddl_nodes import FileFaults, read_nodes
 from scbm.files.spelling import nearest
 from scbm.files.yaml.error_collector import MAX_ERRORS
 from scbm.model import InputError
+from scbm.pddl.action_check import ActionCheck
+from scbm.pddl.condition_check import NUMBER, ConditionCheck
+from scbm.pddl.declared_names import PddlNames, remedy_for
+from scbm.pddl.pddl_nodes import FileFaults, read_nodes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.files.pddl.pddl_nodes import PddlNode
-    from scbm.files.pddl.pddl_text import PddlText
     from scbm.model import Diagnostic
+    from scbm.pddl.pddl_nodes import PddlNode
+    from scbm.pddl.pddl_text import PddlText
 
 _LEAVE_OUT = "leave them out of the import"
 

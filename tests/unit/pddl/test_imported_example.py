@@ -9,7 +9,7 @@ import pytest
 
 from conftest import Ran
 
-DELIVERY = Path(__file__).parents[4] / "examples" / "delivery"
+DELIVERY = Path(__file__).parents[3] / "examples" / "delivery"
 
 
 @pytest.mark.slow

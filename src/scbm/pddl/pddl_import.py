@@ -8,22 +8,22 @@ from itertools import combinations, product
 from math import prod
 from typing import TYPE_CHECKING
 
-from scbm.files.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
-from scbm.files.pddl.constant_terms import number_faults
-from scbm.files.pddl.import_names import ImportNames
-from scbm.files.pddl.imported_requests import ImportedRequests
-from scbm.files.pddl.number_ranges import NumberRanges
-from scbm.files.pddl.pddl_reader import conjuncts, inner_formulas, negated
-from scbm.files.pddl.pddl_task import FALSE, TRUE, PddlFormula
-from scbm.files.pddl.predicate_groups import PredicateGroups, without
-from scbm.files.pddl.undefined_values import UndefinedValues
 from scbm.model import Diagnostic, InputError, Place
+from scbm.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
+from scbm.pddl.constant_terms import number_faults
+from scbm.pddl.import_names import ImportNames
+from scbm.pddl.imported_requests import ImportedRequests
+from scbm.pddl.number_ranges import NumberRanges
+from scbm.pddl.pddl_reader import conjuncts, inner_formulas, negated
+from scbm.pddl.pddl_task import FALSE, TRUE, PddlFormula
+from scbm.pddl.predicate_groups import PredicateGroups, without
+from scbm.pddl.undefined_values import UndefinedValues
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from scbm.files.pddl.action_cases import ActionCase
-    from scbm.files.pddl.pddl_task import (
+    from scbm.pddl.action_cases import ActionCase
+    from scbm.pddl.pddl_task import (
         Fact,
         FactInvariant,
         FormulaKind,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         PddlLiftedAction,
         PddlTask,
     )
-    from scbm.files.pddl.pddl_text import PddlText
+    from scbm.pddl.pddl_text import PddlText
 
 _WIDTH = 110
 """A guard that is longer has one conjunct in each line."""

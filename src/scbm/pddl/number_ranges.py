@@ -6,18 +6,18 @@ import re
 from typing import TYPE_CHECKING
 
 from scbm.files.codec.variable_keys import MAX_VALUES
-from scbm.files.pddl.constant_terms import UnknownValueError, values_of
-from scbm.files.pddl.pddl_reader import conjuncts
-from scbm.files.pddl.pddl_task import PddlFormula
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Diagnostic, Place, Slug
+from scbm.pddl.constant_terms import UnknownValueError, values_of
+from scbm.pddl.pddl_reader import conjuncts
+from scbm.pddl.pddl_task import PddlFormula
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from fractions import Fraction
 
-    from scbm.files.pddl.pddl_task import FormulaKind, PddlEffect, PddlFluent, PddlLiftedAction, PddlNumber, PddlTask
-    from scbm.files.pddl.pddl_text import PddlText
+    from scbm.pddl.pddl_task import FormulaKind, PddlEffect, PddlFluent, PddlLiftedAction, PddlNumber, PddlTask
+    from scbm.pddl.pddl_text import PddlText
 
 _RANGE = re.compile(r"(?P<name>[^=]+)=(?P<low>-?\d+)\.\.(?P<high>-?\d+)")
 

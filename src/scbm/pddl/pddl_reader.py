@@ -6,11 +6,12 @@ from fractions import Fraction
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from scbm.files.pddl.constant_terms import folded
-from scbm.files.pddl.declared_names import ANY_OBJECT
-from scbm.files.pddl.exclusive import proved_invariants
-from scbm.files.pddl.pddl_check import checked_pddl
-from scbm.files.pddl.pddl_task import (
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.pddl.constant_terms import folded
+from scbm.pddl.declared_names import ANY_OBJECT
+from scbm.pddl.exclusive import proved_invariants
+from scbm.pddl.pddl_check import checked_pddl
+from scbm.pddl.pddl_task import (
     FALSE,
     TRUE,
     PddlDuration,
@@ -20,14 +21,13 @@ from scbm.files.pddl.pddl_task import (
     PddlLiftedAction,
     PddlTask,
 )
-from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.files.pddl.pddl_check import CheckedPddl
-    from scbm.files.pddl.pddl_task import EffectKind, FormulaKind
-    from scbm.files.pddl.pddl_text import PddlText
+    from scbm.pddl.pddl_check import CheckedPddl
+    from scbm.pddl.pddl_task import EffectKind, FormulaKind
+    from scbm.pddl.pddl_text import PddlText
 
 _KINDS: dict[str, FormulaKind] = {
     "AND": "and",

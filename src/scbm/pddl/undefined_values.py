@@ -6,15 +6,15 @@ from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING
 
-from scbm.files.pddl.pddl_reader import conjuncts, inner_formulas
-from scbm.files.pddl.pddl_task import TRUE, PddlFluent, PddlFormula
+from scbm.pddl.pddl_reader import conjuncts, inner_formulas
+from scbm.pddl.pddl_task import TRUE, PddlFluent, PddlFormula
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from scbm.files.pddl.pddl_task import Fact, PddlLiftedAction, PddlTask
-    from scbm.files.pddl.pddl_text import PddlText
     from scbm.model import Diagnostic, Place
+    from scbm.pddl.pddl_task import Fact, PddlLiftedAction, PddlTask
+    from scbm.pddl.pddl_text import PddlText
 
 
 class UndefinedValues:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from scbm.files.pddl.pddl_task import PddlFormula
+from scbm.pddl.pddl_task import PddlFormula
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from scbm.files.pddl.pddl_task import PddlLiftedAction, PddlTask
-    from scbm.files.pddl.pddl_text import PddlText
     from scbm.model import Diagnostic
+    from scbm.pddl.pddl_task import PddlLiftedAction, PddlTask
+    from scbm.pddl.pddl_text import PddlText
 
 _ARITHMETIC = ("+", "-", "*", "/")
 
