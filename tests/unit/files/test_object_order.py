@@ -64,6 +64,25 @@ def test_choices_of_two_parameters_are_ordered_with_the_last_one_fastest(conditi
     assert choices_of("x in zone, y in zone", condition, "true") == expected.split()
 
 
+def test_parameters_are_joined_along_tables_with_several_columns() -> None:
+    """Each of three steps in one direction has few rows; all choices of objects would be 90 million."""
+    names = [f"z{x}_{y}" for x in range(17) for y in range(17)]
+    east = [(f"z{x}_{y}", f"z{x + 1}_{y}", "east") for x in range(16) for y in range(17)]
+    south = [(f"z{x}_{y}", f"z{x}_{y + 1}", "south") for x in range(17) for y in range(16)]
+    rows = ", ".join(f"[{', '.join(row)}]" for row in (*east, *south))
+    text = f"""behavior_model: grid
+types: {{zone: [{", ".join(names)}], way: [east, south]}}
+tables: {{next: {{of: [zone, zone, way], rows: [{rows}]}}}}
+variables: {{at: {{domain: zone, initial: z0_0}}}}
+operations:
+  jump[a in zone, b in zone, c in zone, w in way, d in zone, v in way]:
+    where: "next(a, b, w) && next(b, c, w) && next(c, d, v) && v != w"
+    pre: {{g: at == a}}
+    post: {{g: true, a: [at <- d]}}
+"""
+    assert len(read_model(text).operations) == 2 * 15 * 16
+
+
 @pytest.mark.slow
 def test_a_model_is_the_same_under_every_hash_seed() -> None:
     entries = [

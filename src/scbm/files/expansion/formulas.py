@@ -86,7 +86,7 @@ class Formula(ABC):
         return (self,)
 
     def candidates(self, name: str, choice: Choice) -> Collection[str] | None:  # noqa: ARG002 - others use both
-        """Return the objects that a parameter can have, given all others that are read; `None` if that is not known."""
+        """Return the objects that a parameter can have, given objects of some others; `None` if that is not known."""
         return None
 
 
@@ -131,27 +131,27 @@ class TableFormula(Formula):
         self.parameters = parameters_of(terms)
         self._terms = tuple(terms)
         self._rows = rows
-        self._joins: dict[str, dict[tuple[str, ...], dict[str, None]]] = {}
+        self._joins: dict[tuple[int, ...], dict[tuple[str, ...], dict[str, None]]] = {}
 
     def ground(self, choice: Choice) -> Ground:
         """Return whether there is such a row."""
         return tuple([choice[t.name] if t.is_parameter else t.name for t in self._terms]) in self._rows
 
     def candidates(self, name: str, choice: Choice) -> Collection[str] | None:
-        """Return the objects of a column in the rows with the other objects of a choice."""
-        others = tuple([t.object_in(choice) for t in self._terms if not (t.is_parameter and t.name == name)])
-        if name not in self._joins:
-            self._joins[name] = self._join(name)
-        return self._joins[name].get(others, ())
+        """Return the objects of a column in the rows with the objects of a choice, as far as there are some."""
+        known = [i for i, t in enumerate(self._terms) if not t.is_parameter or (t.name != name and t.name in choice)]
+        column = next(i for i, t in enumerate(self._terms) if t.is_parameter and t.name == name)
+        columns = (column, *known)
+        if columns not in self._joins:
+            self._joins[columns] = self._join(columns)
+        return self._joins[columns].get(tuple([self._terms[i].object_in(choice) for i in known]), ())
 
-    def _join(self, name: str) -> dict[tuple[str, ...], dict[str, None]]:
-        """Return the objects of a parameter by those of the other terms."""
-        is_own = [term.is_parameter and term.name == name for term in self._terms]
+    def _join(self, columns: tuple[int, ...]) -> dict[tuple[str, ...], dict[str, None]]:
+        """Return the objects of the first of some columns by those of the others."""
         found: dict[tuple[str, ...], dict[str, None]] = {}
         for row in self._rows:
-            own = [each for each, is_name in zip(row, is_own, strict=True) if is_name]
-            others = tuple([each for each, is_name in zip(row, is_own, strict=True) if not is_name])
-            found.setdefault(others, {})[own[0]] = None
+            first, *others = [row[column] for column in columns]
+            found.setdefault(tuple(others), {})[first] = None
         return found
 
 
@@ -172,10 +172,10 @@ class EqualityFormula(Formula):
 
     def candidates(self, name: str, choice: Choice) -> Collection[str] | None:
         """Return the other object of an equality."""
-        if not self._equal or self._left == self._right:
-            return None
         own = ObjectTerm(name, is_parameter=True)
-        return ((self._right if self._left == own else self._left).object_in(choice),)
+        other = self._right if self._left == own else self._left
+        is_known = self._equal and (not other.is_parameter or other.name in choice)
+        return (other.object_in(choice),) if is_known else None
 
 
 class TextSlot(ABC):

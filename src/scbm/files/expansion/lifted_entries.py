@@ -13,7 +13,7 @@ from scbm.files.spelling import suggestion
 from scbm.model import Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from scbm.files.expansion.formulas import Choice, Formula
     from scbm.files.expansion.lifted_names import LiftedScope
@@ -32,6 +32,10 @@ _MAX_VISITED = 300_000
 
 _MAX_COUNTED = 100_000
 """Maximum number of partial choices that are tried once there are too many choices, to say how many."""
+
+
+_MAX_TRIED = 20_000
+"""Maximum number of partial choices that are tried to find one choice; an import of PDDL asks for hundreds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,6 +220,21 @@ def choices_of(
     return _products(groups, listed)
 
 
+def has_choice(objects: Mapping[str, Sequence[str]], conditions: Sequence[Formula]) -> bool:
+    """Return whether some objects for parameters satisfy all conditions; also true if there are too many to try.
+
+    Args:
+        objects: the objects of each parameter.
+        conditions: the conditions.
+    """
+    if not all(condition.ground({}) for condition in conditions if not condition.parameters):
+        return False
+    groups = [_Group(names, objects, conditions) for names in _joined_names([*objects], conditions)]
+    for group in groups:
+        group.search(1, enough=1, most=_MAX_TRIED)
+    return all(group.count or not group.is_all for group in groups)
+
+
 def _joined_names(names: Sequence[str], conditions: Sequence[Formula]) -> list[list[str]]:
     """Return the parameters in groups, small ones first: no condition reads parameters of two groups."""
     groups = [[name] for name in names]
@@ -261,31 +280,42 @@ class _Group:
         self.is_all = True
         self._ranks: list[dict[str, int]] = []
         self._due: list[list[Formula]] = []
+        self._joined: list[list[Formula]] = []
+        readers = {name: [each for each in conditions if name in each.parameters] for name in names}
+        sizes = {name: min(_sizes(name, readers[name], listed[name])) for name in names}
+
+        def order(name: str) -> tuple[bool, bool, int]:
+            is_joined = any(not each.parameters.isdisjoint(self.names) for each in readers[name])
+            return not _due(name, self.names, conditions), not is_joined, sizes[name]
+
         while len(self.names) < len(names):
-            left = [name for name in names if name not in self.names]
-            name = next((name for name in left if _due(name, self.names, conditions)), left[0])
+            name = min((name for name in names if name not in self.names), key=order)
             self._due.append(_due(name, self.names, conditions))
+            self._joined.append(readers[name])
             self._ranks.append({each: rank for rank, each in enumerate(listed[name])})
             self.names.append(name)
 
-    def search(self, factor: int) -> None:
+    def search(self, factor: int, *, enough: int | None = None, most: int = _MAX_VISITED) -> None:
         """Find the choices that satisfy the conditions. Raises `LiftedFault`.
 
         Args:
             factor: the number of choices of earlier groups, each of which is joined with each of these.
+            enough: the number of choices after which the search ends.
+            most: the maximum number of partial choices that are tried.
         """
         choice: dict[str, str] = {}
         last = len(self.names)
         visited = 0
         open_objects = [iter(self._candidates(0, choice))]
-        while open_objects:
+        while open_objects and self.count != enough:
             depth = len(open_objects)
             chosen = next(open_objects[-1], None)
             if chosen is None:
                 open_objects.pop()
+                choice.pop(self.names[depth - 1], None)
                 continue
             visited += 1
-            if visited > (_MAX_VISITED if self.count * factor <= MAX_CHOICES else _MAX_COUNTED):
+            if visited > (most if self.count * factor <= MAX_CHOICES else _MAX_COUNTED):
                 self.is_all = False
                 return
             choice[self.names[depth - 1]] = chosen
@@ -299,13 +329,23 @@ class _Group:
                 self.found.append(tuple([choice[name] for name in self.names]))
 
     def _candidates(self, depth: int, choice: Choice) -> Collection[str]:
-        """Return the objects of a parameter in the order of its type: those that a condition allows, or all."""
+        """Return the objects of a parameter in the order of its type: those that all conditions allow, or all."""
         ranks = self._ranks[depth]
-        for condition in self._due[depth]:
-            allowed = condition.candidates(self.names[depth], choice)
-            if allowed is not None and len(allowed) < len(ranks):
-                return sorted((each for each in allowed if each in ranks), key=ranks.__getitem__)
-        return ranks
+        name = self.names[depth]
+        found = (condition.candidates(name, choice) for condition in self._joined[depth])
+        narrow = sorted((each for each in found if each is not None and len(each) < len(ranks)), key=len)
+        if not narrow:
+            return ranks
+        fewest, *others = narrow
+        return sorted(
+            (each for each in fewest if each in ranks and all(each in other for other in others)), key=ranks.__getitem__
+        )
+
+
+def _sizes(name: str, conditions: Sequence[Formula], objects: Sequence[str]) -> Iterator[int]:
+    """Yield how many objects a parameter can have: those of its type, and those that each condition alone allows."""
+    yield len(objects)
+    yield from (len(each) for condition in conditions if (each := condition.candidates(name, {})) is not None)
 
 
 def _due(name: str, chosen: Sequence[str], conditions: Sequence[Formula]) -> list[Formula]:
