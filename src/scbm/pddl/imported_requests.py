@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from scbm.files.spelling import suggestion
 from scbm.model import Diagnostic, Place, Slug
 from scbm.pddl.constant_terms import UnknownValueError, values_of
+from scbm.pddl.import_names import RESOURCE_FORMS
 from scbm.pddl.pddl_task import PddlFormula
 
 if TYPE_CHECKING:
@@ -50,6 +51,11 @@ class ImportedRequests:
         self._domain = domain
         self.errors: dict[Diagnostic, None] = {}
         self._resources = self._resource_parameters(asked)
+        self._drivers = {
+            action.name: names.fresh(f"{names.actions[action.name]}_driver", RESOURCE_FORMS)
+            for action in task.actions
+            if action.duration is not None and action.name not in self._resources
+        }
         self._arguments = self._argument_variables() if arguments else {}
         self._commands: dict[str, dict[str, None]] = {}
         self._latencies: dict[str, list[tuple[Fraction, Fraction]]] = {}
@@ -130,7 +136,7 @@ class ImportedRequests:
             if action.name in found:
                 name, word = found[action.name]
                 types.setdefault(word, dict(action.parameters)[name])
-        names = {word: self._names.fresh(f"{kind}_controller") for word, kind in types.items()}
+        names = {word: self._names.fresh(f"{kind}_controller", RESOURCE_FORMS) for word, kind in types.items()}
         return {action: (name, names[word]) for action, (name, word) in found.items()}
 
     def _base_of(self, action: PddlLiftedAction) -> str | None:
@@ -138,7 +144,7 @@ class ImportedRequests:
         chosen = self._resources.get(action.name)
         if chosen is not None:
             return chosen[1]
-        return None if action.duration is None else f"{self._names.actions[action.name]}_driver"
+        return self._drivers.get(action.name)
 
     def _argument_variables(self) -> dict[str, dict[str, _SentParameter]]:
         """Return for each resource the variables that carry the arguments of its actions, by the parameter."""

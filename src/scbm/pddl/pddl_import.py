@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from scbm.model import Diagnostic, InputError, Place
 from scbm.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
 from scbm.pddl.constant_terms import number_faults
-from scbm.pddl.import_names import ImportNames
+from scbm.pddl.import_names import NOTHING, OPERATION_FORMS, ImportNames
 from scbm.pddl.imported_requests import ImportedRequests
 from scbm.pddl.number_ranges import NumberRanges
 from scbm.pddl.pddl_reader import conjuncts, inner_formulas, negated
@@ -96,7 +96,6 @@ class _ModelText:
         self._partial = undefined.partial
         self._task = task = undefined.task
         self._names = ImportNames(task)
-        self._nothing = "nothing" if "nothing" not in task.objects else self._names.fresh("nothing")
         self._changed = {effect.fluent.name: None for action in task.actions for effect in action.effects}
         unread = [n for n, f in task.fluents.items() if f.is_numeric and n not in self._read]
         self._ignored = dict.fromkeys(unread)
@@ -146,7 +145,7 @@ class _ModelText:
             ("operations", operations),
             ("goals", goals),
         ]
-        name = "".join(c if c.isalnum() or c == "_" else "_" for c in self._task.name)
+        name = self._names.fresh(self._task.name)
         lines = [f"# Imported from PDDL: {self._domain.file}, {self._problem.file}"]
         timing = _fluents_in(
             term for a in self._task.actions if a.duration for term in (a.duration.lowest, a.duration.highest)
@@ -160,7 +159,7 @@ class _ModelText:
             lines.append(f"# Only for the objects that the problem gives a value for: {', '.join(self._partial)}")
         if self._unproved:
             lines.append(f"# Not proved to have one value at a time: {', '.join(self._unproved)}")
-        lines.append(f"behavior_model: {name if name[:1].isalpha() else f'x{name}'}")
+        lines.append(f"behavior_model: {name}")
         for section, content in sections:
             if content:
                 lines += ["", f"{section}:", *content]
@@ -312,8 +311,8 @@ class _ModelText:
         return is_number and not any(each.name in self._changed for each in numeric)
 
     def _quantified(self, formula: PddlFormula, scope: Mapping[str, str], *, inner: bool) -> str:
-        names = self._names.parameters([*scope, *(name for name, _ in formula.variables)])
-        inside = {**scope, **{name: names[name] for name, _ in formula.variables}}
+        own = self._names.parameters([name for name, _ in formula.variables], scope.values())
+        inside = {**scope, **own}
         text = f"({self._shown(formula.parts[0], inside)})"
         for name, kind in reversed(formula.variables):
             text = f"{formula.kind} {inside[name]} in {self._names.types[kind]}. {text}"
@@ -361,9 +360,9 @@ class _ModelText:
         keys = list(product(*(self._objects_of[kind] for _, kind in parameters)))
         if index is not None:
             kind = self._names.types[fluent.types[index]]
-            domain = kind if self._complete[name] else f"[{kind}, {self._nothing}]"
+            domain = kind if self._complete[name] else f"[{kind}, {NOTHING}]"
             held = {without(f, index): self._names.objects[f[index]] for f, v in self._task.initial[name].items() if v}
-            values = {key: held.get(key, self._nothing) for key in keys}
+            values = {key: held.get(key, NOTHING) for key in keys}
         elif fluent.is_numeric:
             domain = self._ranges.shown(name)
             given = self._task.initial[name]
@@ -396,9 +395,10 @@ class _ModelText:
             rest = "false"
         listed = different if is_partial else [*(value for value in different if value != rest), rest]
         excluded: list[str] = []
-        for number, value in enumerate(listed):
-            words = self._names.parameters([p if not number else f"{p}_{number + 1}" for p, _ in parameters])
-            own = list(words.values())
+        used: list[str] = []  # each entry has parameters of its own: two keys of one variable differ
+        for value in listed:
+            own = list(self._names.parameters([p for p, _ in parameters], used).values())
+            used += own
             if value == rest and not is_partial:
                 where = " && ".join(self._call(e, own, negate=True) for e in excluded)
             else:
@@ -429,7 +429,7 @@ class _ModelText:
         return f"!{text}" if negate else text
 
     def _some_value(self, domain: str) -> str:
-        return "false" if domain == "bool" else domain.partition("..")[0] if ".." in domain else self._nothing
+        return "false" if domain == "bool" else domain.partition("..")[0] if ".." in domain else NOTHING
 
     # operations
 
@@ -454,7 +454,7 @@ class _ModelText:
             if made:
                 self._origins[made[0]] = partial(self._domain.action, action.name)
                 lines += made
-                name = self._names.fresh(self._names.actions[action.name])
+                name = self._names.fresh(self._names.actions[action.name], OPERATION_FORMS)
         return lines
 
     def _change(self, effect: PddlEffect) -> VariableChange:
@@ -550,7 +550,7 @@ class _ModelText:
         target = self._reference(self._names.fluents[change.fluent], change.key, scope)
         value = change.value
         if value is None:
-            return f"{target} <- {self._nothing}"
+            return f"{target} <- {NOTHING}"
         if value in (TRUE, FALSE):
             return f"{target} <- {'true' if value == TRUE else 'false'}"
         if change.kind == "assign":
