@@ -10,12 +10,14 @@ from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
+from scbm.pddl.parameter_join import substituted
 from scbm.pddl.pddl_reader import conjuncts, negated
 from scbm.pddl.pddl_task import FALSE, TRUE, PddlFormula
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from scbm.pddl.parameter_join import ParameterJoin
     from scbm.pddl.pddl_task import EffectKind, PddlEffect, PddlLiftedAction
 
 MAX_ACTION_CASES = 32
@@ -62,21 +64,12 @@ class ValueClashError(Exception):
         self.fluent = fluent
 
 
-def substituted(formula: PddlFormula, binding: Mapping[str, PddlFormula]) -> PddlFormula:
-    """Return a formula with parameters replaced by other terms."""
-    if formula.kind == "parameter":
-        return binding.get(formula.name, formula)
-    if formula.variables:
-        binding = {name: term for name, term in binding.items() if name not in dict(formula.variables)}
-    return replace(formula, parts=tuple(substituted(part, binding) for part in formula.parts))
-
-
 def cases_of(
     action: PddlLiftedAction,
     objects_of: Callable[[str], tuple[str, ...]],
     change_of: Callable[[PddlEffect], VariableChange],
     simplified: Callable[[PddlFormula], PddlFormula],
-    exclude: Callable[[Sequence[PddlFormula]], bool],
+    join: ParameterJoin,
 ) -> list[ActionCase]:
     """Return the cases of an action.
 
@@ -85,9 +78,9 @@ def cases_of(
         objects_of: the objects of a type.
         change_of: the change that an effect without condition is.
         simplified: a formula with its static facts decided.
-        exclude: whether conditions require facts that exclude each other.
+        join: decides whether conditions hold for some objects.
     """
-    rules = _CaseRules({name: objects_of(kind) for name, kind in action.parameters}, simplified, exclude)
+    rules = _CaseRules({name: objects_of(kind) for name, kind in action.parameters}, simplified, join)
     effects = [each for effect in action.effects for each in _instances(effect, objects_of)]
     effects = [replace(each, condition=simplified(each.condition)) for each in effects]
     effects = [each for each in effects if each.condition != FALSE]
@@ -101,10 +94,11 @@ def cases_of(
         changes = [change_of(each) for each in effects if each.condition == TRUE or each.condition in holding]
         guard = [part for each in (*action.conditions, *holding, *denied) for part in conjuncts(each)]
         case = ActionCase(action.parameters, tuple(guard), tuple(changes), {})
-        cases += [_without_contradictions(each, rules) for each in _without_aliases(case, rules)]
-        if len(cases) > MAX_ACTION_CASES:
-            raise TooManyCasesError
-    return [case for case in cases if _has_instances(case, rules)] or cases[:1]
+        for each in _without_aliases(case, rules):
+            cases.append(_without_contradictions(each, rules))
+            if len(cases) > MAX_ACTION_CASES:
+                raise TooManyCasesError
+    return [case for case in cases if rules.admits(case)] or cases[:1]
 
 
 def _instances(effect: PddlEffect, objects_of: Callable[[str], tuple[str, ...]]) -> Iterator[PddlEffect]:
@@ -131,32 +125,42 @@ class _CaseRules:
     Attributes:
         domains: the objects of each parameter.
         simplified: returns a formula with its static facts decided.
-        exclude: returns whether conditions require facts that exclude each other.
+        join: decides whether conditions hold for some objects.
     """
 
     domains: Mapping[str, tuple[str, ...]]
     simplified: Callable[[PddlFormula], PddlFormula]
-    exclude: Callable[[Sequence[PddlFormula]], bool]
+    join: ParameterJoin
 
     def conjuncts(self, conditions: Iterable[PddlFormula]) -> tuple[PddlFormula, ...]:
         """Return the conjuncts of conditions, simplified, each once."""
         return tuple(dict.fromkeys(part for each in conditions for part in conjuncts(self.simplified(each))))
 
-    def contradict(self, conditions: Sequence[PddlFormula]) -> bool:
-        """Return whether conjuncts never hold together."""
-        return (
-            FALSE in conditions or any(negated(each) in conditions for each in conditions) or self.exclude(conditions)
-        )
+    def admits(self, case: ActionCase, *, facts: bool = True) -> bool:
+        """Return whether the condition of a case holds for some objects; without `facts`, as far as tables decide."""
+        objects = {name: self.domains[name] for name, _ in case.parameters}
+        return self.join.admits(objects, self.conjuncts(case.conditions), facts=facts)
 
 
 def _without_aliases(
     case: ActionCase, rules: _CaseRules, apart: tuple[frozenset[_Equality], ...] = ()
 ) -> Iterator[ActionCase]:
-    """Yield cases whose changes are of different variables."""
+    """Yield cases whose changes are of different variables.
+
+    A case for equal objects is left out if no objects satisfy its condition. So is one that would give a number two
+    values: PDDL has no such action.
+    """
     conditions = rules.conjuncts(case.conditions)
-    if rules.contradict(conditions):
+    if FALSE in conditions or any(negated(each) in conditions for each in conditions):
         return
-    changes = _merged(case.changes)
+    if case.binding and not rules.admits(case):
+        return
+    try:
+        changes = _merged(case.changes)
+    except ValueClashError:
+        if case.binding:
+            return
+        raise
     case = replace(case, conditions=conditions, changes=tuple(changes))
     for equalities in _clashes(changes, rules.domains):
         if any(known <= equalities for known in apart):
@@ -173,43 +177,16 @@ def _without_aliases(
 
 
 def _without_contradictions(case: ActionCase, rules: _CaseRules) -> ActionCase:
-    """Return a case whose parameters differ where its condition contradicts itself for equal ones."""
-    for (first, _), (second, _) in combinations(case.parameters, 2):
-        pair = PddlFormula("parameter", name=first), PddlFormula("parameter", name=second)
-        if any(negated(PddlFormula("equals", both)) in case.conditions for both in (pair, pair[::-1])):
+    """Return a case whose parameters differ where equal ones satisfy its tables, and never its other conditions."""
+    for pair in combinations(case.parameters, 2):
+        first, second = (PddlFormula("parameter", name=name) for name, _ in pair)
+        equalities = [PddlFormula("equals", both) for both in ((first, second), (second, first))]
+        if not _can_be_equal(first, second, rules.domains) or any(negated(e) in case.conditions for e in equalities):
             continue
-        joined = rules.conjuncts(substituted(each, {second: pair[0]}) for each in case.conditions)
-        if not rules.contradict(joined):
-            continue
-        common = [each for each in rules.domains[first] if each in rules.domains[second]]
-        if any(_admits(case.conditions, dict.fromkeys((first, second), each), rules) for each in common):
-            case = replace(case, conditions=(*case.conditions, negated(PddlFormula("equals", pair))))
+        joined = _joined_case(case, frozenset({(first, second)}), rules.domains)
+        if not rules.admits(joined) and rules.admits(joined, facts=False):
+            case = replace(case, conditions=(*case.conditions, negated(equalities[0])))
     return case
-
-
-def _has_instances(case: ActionCase, rules: _CaseRules) -> bool:
-    """Return whether the static conditions on one parameter, or on two, hold for some objects."""
-    names = [name for name, _ in case.parameters]
-    used = [(each, _parameters_of(each)) for each in case.conditions]
-    for chosen in (*combinations(names, 1), *combinations(names, 2)):
-        if any(parameters == {*chosen} for _, parameters in used):
-            about = [each for each, parameters in used if parameters and parameters <= {*chosen}]
-            choices = product(*(rules.domains[name] for name in chosen))
-            if not any(_admits(about, dict(zip(chosen, each, strict=True)), rules) for each in choices):
-                return False
-    return True
-
-
-def _parameters_of(formula: PddlFormula) -> set[str]:
-    bound = {name for name, _ in formula.variables}
-    own = {formula.name} if formula.kind == "parameter" else set()
-    return own.union(*map(_parameters_of, formula.parts)) - bound
-
-
-def _admits(conditions: Sequence[PddlFormula], objects: Mapping[str, str], rules: _CaseRules) -> bool:
-    """Return whether static conditions hold for some objects, as far as they are about these parameters only."""
-    binding = {name: PddlFormula("object", name=each) for name, each in objects.items()}
-    return all(rules.simplified(substituted(each, binding)) != FALSE for each in conditions)
 
 
 def _both_ways(equalities: frozenset[_Equality]) -> Iterator[_Equality]:

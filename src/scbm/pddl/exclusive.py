@@ -18,6 +18,8 @@ from dataclasses import dataclass, field
 from itertools import combinations, permutations
 from typing import TYPE_CHECKING, NamedTuple
 
+from scbm.files.expansion.formulas import EqualityFormula, ObjectTerm, TableFormula
+from scbm.files.expansion.lifted_entries import has_choice
 from scbm.pddl.pddl_task import InvariantPart
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from unified_planning.model import Action, Effect, FNode, Problem, TimeInterval, Timing
     from unified_planning.model.types import Type
 
+    from scbm.files.expansion.formulas import Formula
     from scbm.pddl.pddl_task import FactInvariant
 
 MAX_CANDIDATES = 300
@@ -92,11 +95,13 @@ class ActionSummary:
     Attributes:
         required: the atoms that its conditions require to be true.
         unequal: the pairs of terms that its conditions require to be different.
+        tables: the terms of the facts that it requires and that no action changes, each with the rows that hold.
         changes: its effects.
     """
 
     required: list[RequiredAtom] = field(default_factory=list)
     unequal: list[tuple[Term, Term]] = field(default_factory=list)
+    tables: list[tuple[tuple[Term, ...], Mapping[tuple[str, ...], None]]] = field(default_factory=list)
     changes: list[AtomChange] = field(default_factory=list)
 
 
@@ -143,6 +148,7 @@ class _InvariantProof:
         self._actions = [self._summary(action) for action in _plain_actions(problem)] if self._readable else []
         self._arities = {fluent.name: fluent.arity for fluent in problem.fluents if fluent.type.is_bool_type()}
         self._facts = self._initial_facts()
+        self._read_tables()
 
     def can_count(self, fluent: str) -> bool:
         """Return whether the fluent is boolean, false by default, and made true by an action."""
@@ -207,6 +213,13 @@ class _InvariantProof:
     def _atoms(self, conditions: Iterable[FNode]) -> tuple[FluentAtom, ...]:
         atoms = (self._atom(part) for part in _conjuncts(conditions) if part.is_fluent_exp())
         return tuple(atom for atom in atoms if atom is not None)
+
+    def _read_tables(self) -> None:
+        changed = {change.fluent for action in self._actions for change in action.changes}
+        rows = {name: dict.fromkeys(facts) for name, facts in self._facts.items() if name not in changed}
+        for action in self._actions:
+            atoms = [need.atom for need in action.required if need.atom.fluent in rows]
+            action.tables += [(atom.terms, rows[atom.fluent]) for atom in atoms]
 
     def _summary(self, action: Action) -> ActionSummary:
         summary = ActionSummary()
@@ -339,26 +352,30 @@ def _copied(atom: FluentAtom, quantified: frozenset[str]) -> FluentAtom:
 
 def _can_meet(action: ActionSummary, one: FluentAtom, other: FluentAtom, parts: Mapping[str, InvariantPart]) -> bool:
     """Return whether two added atoms can be different facts of the same group, in an applicable instance."""
-    equal = _EqualTerms([*one.terms, *other.terms, *(term for pair in action.unequal for term in pair)])
+    equal = _EqualTerms(action, [*one.terms, *other.terms])
     for left, right in zip(_keys(one, parts), _keys(other, parts), strict=True):
         equal.join(left, right)
-    if equal.is_contradictory(action.unequal) or _is_inapplicable(action, equal, parts):
+    if not _is_applicable(action, equal, parts):
         return False
     return one.fluent != other.fluent or not all(map(equal.are_equal, one.terms, other.terms))
 
 
-def _is_inapplicable(action: ActionSummary, equal: _EqualTerms, parts: Mapping[str, InvariantPart]) -> bool:
-    """Return whether the action requires two different facts of one group, so that this instance never applies."""
+def _is_applicable(action: ActionSummary, equal: _EqualTerms, parts: Mapping[str, InvariantPart]) -> bool:
+    """Return whether an action with equal terms may be applied, where each group has one true fact at most.
+
+    Two required facts of one group are one fact, so that their terms are equal, too.
+    """
     counted = [need for need in action.required if need.atom.fluent in parts]
-    for one, other in combinations(counted, 2):
-        keys = zip(_keys(one.atom, parts), _keys(other.atom, parts), strict=True)
-        if one.at_end == other.at_end and all(equal.are_equal(left, right) for left, right in keys):
-            arguments = zip(one.atom.terms, other.atom.terms, strict=False)
-            if one.atom.fluent != other.atom.fluent or any(
-                not left.objects & right.objects for left, right in arguments
-            ):
-                return True
-    return False
+    size = -1
+    while size != (size := equal.size):
+        for one, other in combinations(counted, 2):
+            keys = zip(_keys(one.atom, parts), _keys(other.atom, parts), strict=True)
+            if one.at_end == other.at_end and all(equal.are_equal(left, right) for left, right in keys):
+                if one.atom.fluent != other.atom.fluent:
+                    return False
+                for left, right in zip(one.atom.terms, other.atom.terms, strict=True):
+                    equal.join(left, right)
+    return equal.have_objects()
 
 
 def _keys(atom: FluentAtom, parts: Mapping[str, InvariantPart]) -> tuple[Term, ...]:
@@ -368,12 +385,21 @@ def _keys(atom: FluentAtom, parts: Mapping[str, InvariantPart]) -> tuple[Term, .
 class _EqualTerms:
     """Classes of terms that stand for the same object: a disjoint-set forest."""
 
-    def __init__(self, terms: Iterable[Term]) -> None:
+    def __init__(self, action: ActionSummary, terms: Iterable[Term]) -> None:
+        self._action = action
         self._parents: dict[Term, Term] = {}
+        tables = (term for row, _ in action.tables for term in row)
+        required = (term for need in action.required for term in need.atom.terms)
+        self._terms = [*terms, *tables, *required, *(term for pair in action.unequal for term in pair)]
         only: dict[frozenset[str], Term] = {}
-        for term in terms:
+        for term in self._terms:
             if len(term.objects) == 1:
                 self.join(only.setdefault(term.objects, term), term)
+
+    @property
+    def size(self) -> int:
+        """The number of terms that are joined with another one."""
+        return len(self._parents)
 
     def _root(self, term: Term) -> Term:
         while term in self._parents:
@@ -388,13 +414,19 @@ class _EqualTerms:
     def are_equal(self, one: Term, other: Term) -> bool:
         return self._root(one) == self._root(other)
 
-    def is_contradictory(self, unequal: Iterable[tuple[Term, Term]]) -> bool:
-        """Return whether equal terms have no object in common, or are required to be different."""
+    def have_objects(self) -> bool:
+        """Return whether there are objects for all terms: those of the tables, and different ones where required."""
         common: dict[Term, frozenset[str]] = {}
-        for term in {**self._parents, **dict.fromkeys(self._parents.values())}:
+        for term in self._terms:
             root = self._root(term)
             common[root] = common.get(root, root.objects) & term.objects
-        return not all(common.values()) or any(self.are_equal(one, other) for one, other in unequal)
+        names = {root: ObjectTerm(str(number), is_parameter=True) for number, root in enumerate(common)}
+        formulas: list[Formula] = []
+        for one, other in self._action.unequal:
+            formulas.append(EqualityFormula(names[self._root(one)], names[self._root(other)], equal=False))
+        for terms, rows in self._action.tables:
+            formulas.append(TableFormula([names[self._root(term)] for term in terms], rows))
+        return has_choice({names[root].name: sorted(objects) for root, objects in common.items()}, formulas)
 
 
 # unbalanced: no fact of the group becomes false

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import combinations, product
+from itertools import product
 from math import prod
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from scbm.pddl.constant_terms import number_faults
 from scbm.pddl.import_names import NOTHING, OPERATION_FORMS, ImportNames
 from scbm.pddl.imported_requests import ImportedRequests
 from scbm.pddl.number_ranges import NumberRanges
+from scbm.pddl.parameter_join import Exclusion, ParameterJoin
 from scbm.pddl.pddl_reader import conjuncts, inner_formulas, negated
 from scbm.pddl.pddl_task import FALSE, TRUE, PddlFormula
 from scbm.pddl.predicate_groups import PredicateGroups, without
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from scbm.pddl.action_cases import ActionCase
     from scbm.pddl.pddl_task import (
         Fact,
-        FactInvariant,
         FormulaKind,
         PddlEffect,
         PddlFluent,
@@ -110,6 +110,8 @@ class _ModelText:
         self._complete = {name: groups.is_complete(name, self._objects_of) for name in self._groups}
         self._warnings = tuple(groups.warnings)
         self._errors |= groups.errors
+        tables = {name: dict.fromkeys(f for f, holds in task.initial[name].items() if holds) for name in self._static}
+        self._join = ParameterJoin(tables, self._simplified, self._exclusions)
         numbers = [f for n, f in task.fluents.items() if f.is_numeric and n not in self._ignored]
         self._ranges = NumberRanges(task, numbers, domain, options.ranges)
         self._errors |= dict.fromkeys(self._ranges.errors)
@@ -436,7 +438,7 @@ class _ModelText:
     def _operation_lines(self, action: PddlLiftedAction) -> list[str]:
         action = replace(action, effects=tuple(e for e in action.effects if e.fluent.name not in self._ignored))
         try:
-            cases = cases_of(action, self._objects_of.__getitem__, self._change, self._simplified, self._exclude)
+            cases = cases_of(action, self._objects_of.__getitem__, self._change, self._simplified, self._join)
         except TooManyCasesError:
             message = f"{action.name} has more than {MAX_ACTION_CASES} cases: effects with conditions are told apart"
             place = self._domain.inside_action(action.name, "when")
@@ -495,22 +497,18 @@ class _ModelText:
                     return replace(case, conditions=(*case.conditions, negated(pairs[0])))
         return case
 
-    def _exclude(self, conditions: Sequence[PddlFormula]) -> bool:
-        """Return whether conditions require two facts that are proved to exclude each other."""
-        facts = [each for each in conditions if each.kind == "fluent"]
-        return any(
-            first.name != second.name and self._are_exclusive(invariant, first, second)
-            for first, second in combinations(facts, 2)
-            for invariant in self._task.invariants
-        )
-
-    @staticmethod
-    def _are_exclusive(invariant: FactInvariant, first: PddlFormula, second: PddlFormula) -> bool:
-        parts = {part.fluent: part.keys for part in invariant}
-        if first.name not in parts or second.name not in parts:
-            return False
-        keys = ([fact.parts[index] for index in parts[fact.name]] for fact in (first, second))
-        return next(keys) == next(keys)
+    def _exclusions(self, first: PddlFormula, second: PddlFormula) -> Iterator[Exclusion]:
+        """Yield what excludes two facts: a group that both are in, and invariants."""
+        index = self._groups.get(first.name) if first.name == second.name else None
+        if index is not None:
+            keys = zip(without(first.parts, index), without(second.parts, index), strict=True)
+            yield Exclusion(tuple(keys), ((first.parts[index], second.parts[index]),))
+        for invariant in self._task.invariants:
+            parts = {part.fluent: part.keys for part in invariant}
+            if first.name in parts and second.name in parts:
+                one, other = ([fact.parts[i] for i in parts[fact.name]] for fact in (first, second))
+                same = tuple(zip(first.parts, second.parts, strict=True)) if first.name == second.name else None
+                yield Exclusion(tuple(zip(one, other, strict=True)), same)
 
     def _with_one_value(self, case: ActionCase) -> ActionCase:
         """Return a case in which two values that it requires of one group are equal."""
