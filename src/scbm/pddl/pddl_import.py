@@ -18,6 +18,7 @@ from scbm.pddl.parameter_join import Exclusion, ParameterJoin
 from scbm.pddl.pddl_reader import conjuncts, inner_formulas, negated
 from scbm.pddl.pddl_task import FALSE, TRUE, PddlFormula
 from scbm.pddl.predicate_groups import PredicateGroups, without
+from scbm.pddl.temporary_facts import temporary_faults
 from scbm.pddl.undefined_values import UndefinedValues
 
 if TYPE_CHECKING:
@@ -100,6 +101,7 @@ class _ModelText:
         unread = [n for n, f in task.fluents.items() if f.is_numeric and n not in self._read]
         self._ignored = dict.fromkeys(unread)
         self._errors |= dict.fromkeys(number_faults(task, domain, problem, self._read))
+        self._errors |= dict.fromkeys(temporary_faults(task, domain, problem, self._objects_of))
         self._static = {
             name: None for name, f in task.fluents.items() if name not in self._changed and not f.is_numeric
         }

@@ -91,10 +91,10 @@ class PddlText:
                         return self.place(index + 1)
         return self.first(name)
 
-    def initial_fact(self, name: str, objects: Sequence[str]) -> Place:
-        """Return the place of a fact of the initial state; that of the first use of its name if it is not found."""
-        words = ["(", name.lower(), *(each.lower() for each in objects), ")"]
-        for begin, end in self._expressions(":init"):
+    def in_section(self, section: str, name: str, objects: Sequence[str] | None = None) -> Place:
+        """Return the place of a fact in a section; without objects, of any with its name; else of its first use."""
+        words = ["(", name.lower(), *([] if objects is None else [*(each.lower() for each in objects), ")"])]
+        for begin, end in self._expressions(section):
             for index in range(begin, end):
                 if [token.word for token in self._tokens[index : index + len(words)]] == words:
                     return self.place(index + 1)
@@ -106,7 +106,7 @@ class PddlText:
         for index in range(len(self._tokens) - len(words)):
             if [token.word for token in self._tokens[index : index + len(words)]] == words:
                 return self.place(index + len(words))
-        return self.initial_fact(name, objects)
+        return self.in_section(":init", name, objects)
 
     def _expressions(self, word: str) -> Iterator[tuple[int, int]]:
         """Yield the indices of the brackets around each expression that begins with a word."""

@@ -144,7 +144,7 @@ class PredicateGroups:
             key, each = without(fact, index), fact[index]
             if value and key in first:
                 message = f"`{name}` cannot be one variable: it holds for {first[key]} and {each} at first"
-                yield self._problem.error(message, self._problem.initial_fact(name, fact), _REMEDY)
+                yield self._problem.error(message, self._problem.in_section(":init", name, fact), _REMEDY)
             elif value:
                 first[key] = each
 
