@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
+from scbm.pddl.constant_terms import folded
 from scbm.pddl.parameter_join import substituted
 from scbm.pddl.pddl_reader import conjuncts, negated
 from scbm.pddl.pddl_task import FALSE, TRUE, PddlFormula
@@ -18,10 +19,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.pddl.parameter_join import ParameterJoin
-    from scbm.pddl.pddl_task import EffectKind, PddlEffect, PddlLiftedAction
+    from scbm.pddl.pddl_task import EffectKind, FormulaKind, PddlEffect, PddlLiftedAction
 
 MAX_ACTION_CASES = 32
 """An action is divided into so many operations at most: more would be no model that people read."""
+
+
+ZERO = PddlFormula("number", number=0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +57,15 @@ class ActionCase:
 
 
 class TooManyCasesError(Exception):
-    """An action has more cases than a model can have operations for it."""
+    """An action has more cases than a model can have operations for it.
+
+    Attributes:
+        have_conditions: whether effects have conditions, so that each choice of these is a case.
+    """
+
+    def __init__(self, *, have_conditions: bool) -> None:
+        super().__init__(have_conditions)
+        self.have_conditions = have_conditions
 
 
 class ValueClashError(Exception):
@@ -86,7 +98,7 @@ def cases_of(
     effects = [each for each in effects if each.condition != FALSE]
     conditions = list(dict.fromkeys(each.condition for each in effects if each.condition != TRUE))
     if 2 ** len(conditions) > MAX_ACTION_CASES:
-        raise TooManyCasesError
+        raise TooManyCasesError(have_conditions=bool(conditions))
     cases: list[ActionCase] = []
     for chosen in product((True, False), repeat=len(conditions)):
         holding = [c for c, holds in zip(conditions, chosen, strict=True) if holds]
@@ -97,7 +109,7 @@ def cases_of(
         for each in _without_aliases(case, rules):
             cases.append(_without_contradictions(each, rules))
             if len(cases) > MAX_ACTION_CASES:
-                raise TooManyCasesError
+                raise TooManyCasesError(have_conditions=bool(conditions))
     return [case for case in cases if rules.admits(case)] or cases[:1]
 
 
@@ -197,15 +209,32 @@ def _both_ways(equalities: frozenset[_Equality]) -> Iterator[_Equality]:
 
 
 def _merged(changes: Sequence[VariableChange]) -> list[VariableChange]:
-    """Return the last change of each variable."""
-    last: dict[tuple[str, tuple[PddlFormula, ...]], VariableChange] = {}
-    for change in changes:
-        known = last.get((change.fluent, change.key))
+    """Return one change of each variable: the last value, and the sum of what is added; nothing for a sum of 0."""
+    made: dict[tuple[str, tuple[PddlFormula, ...]], VariableChange] = {}
+    for change in sorted(changes, key=lambda each: each.rank):
+        variable = change.fluent, change.key
+        known = made.get(variable)
+        if known is not None and change.kind != "assign":
+            made[variable] = _sum(known, change)
+            continue
         if known is not None and known.rank == change.rank and known != change:
             raise ValueClashError(change.fluent)
-        if known is None or change.rank >= known.rank:
-            last[change.fluent, change.key] = change
-    return list(last.values())
+        made[variable] = change
+    order = dict.fromkeys((change.fluent, change.key) for change in changes)
+    return [made[variable] for variable in order if made[variable].kind == "assign" or made[variable].value != ZERO]
+
+
+def _sum(first: VariableChange, last: VariableChange) -> VariableChange:
+    """Return two changes of a number as one: the last one adds to it or subtracts from it."""
+    if first.kind == "assign" and first.rank == last.rank:
+        raise ValueClashError(first.fluent)
+    assert first.value is not None  # noqa: S101 - numbers have values
+    assert last.value is not None  # noqa: S101 - as above
+    if first.kind in {last.kind, "assign"}:
+        sign: FormulaKind = "-" if last.kind == "decrease" and first.kind == "assign" else "+"
+        return replace(first, value=folded(PddlFormula(sign, (first.value, last.value))), rank=last.rank)
+    value = ZERO if first.value == last.value else folded(PddlFormula("-", (first.value, last.value)))
+    return replace(first, value=value, rank=last.rank)
 
 
 def _clashes(

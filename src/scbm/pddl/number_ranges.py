@@ -11,6 +11,7 @@ from scbm.model import Diagnostic, Place, Slug
 from scbm.pddl.constant_terms import UnknownValueError, values_of
 from scbm.pddl.pddl_reader import conjuncts
 from scbm.pddl.pddl_task import PddlFormula
+from scbm.pddl.temporary_facts import takes_back
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,7 +88,7 @@ class NumberRanges:
     def _inferred(self, name: str, low: PddlNumber, high: PddlNumber) -> tuple[PddlNumber, PddlNumber]:
         for action in self._task.actions:
             for effect in action.effects:
-                if effect.fluent.name != name:
+                if effect.fluent.name != name or any(_is_sum_zero(effect, other) for other in action.effects):
                     continue
                 bounds = self._after(action, effect)
                 if bounds is None and name in self._misspelt:
@@ -131,6 +132,12 @@ class NumberRanges:
             return values_of(term, self._task)
         except UnknownValueError:
             return None
+
+
+def _is_sum_zero(effect: PddlEffect, other: PddlEffect) -> bool:
+    """Return whether one of two effects subtracts at the start of an action what the other one adds at its end."""
+    first, last = sorted((effect, other), key=lambda each: each.moment)
+    return first.moment < last.moment and first.kind != "assign" and takes_back(first, last)
 
 
 def _bound(condition: PddlFormula, fluent: PddlFormula, *, is_upper: bool) -> PddlFormula | None:

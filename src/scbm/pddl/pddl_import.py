@@ -441,10 +441,16 @@ class _ModelText:
         action = replace(action, effects=tuple(e for e in action.effects if e.fluent.name not in self._ignored))
         try:
             cases = cases_of(action, self._objects_of.__getitem__, self._change, self._simplified, self._join)
-        except TooManyCasesError:
-            message = f"{action.name} has more than {MAX_ACTION_CASES} cases: effects with conditions are told apart"
-            place = self._domain.inside_action(action.name, "when")
-            self._errors[self._domain.error(message, place, "write several actions")] = None
+        except TooManyCasesError as many:
+            what, remedy = (
+                "parameters that can be the same object",
+                "write `(not (= ?x ?y))` for parameters that differ",
+            )
+            if many.have_conditions:
+                what, remedy = "effects with conditions", "write several actions"
+            message = f"{action.name} has more than {MAX_ACTION_CASES} cases: {what} are told apart"
+            place = self._domain.inside_action(action.name, "when" if many.have_conditions else ":effect")
+            self._errors[self._domain.error(message, place, remedy)] = None
             return []
         except ValueClashError as clash:
             message = f"{action.name} gives `{clash.fluent}` two values at once"

@@ -78,7 +78,7 @@ def _temporary_values(action: PddlLiftedAction) -> Iterator[_Need]:
     """Yield the values that an action gives at its start and takes back at its end."""
     for first in action.effects:
         scope = {**dict(action.parameters), **dict(first.variables)}
-        if first.moment == 0 and any(each.moment == 1 and _takes_back(first, each) for each in action.effects):
+        if first.moment == 0 and any(each.moment == 1 and takes_back(first, each) for each in action.effects):
             is_number = first.value.kind not in {"and", "or"}
             for is_high in (True, False):
                 gives = first.kind == "assign" if is_number else is_high == (first.value == TRUE)
@@ -88,7 +88,7 @@ def _temporary_values(action: PddlLiftedAction) -> Iterator[_Need]:
                     yield _Need(first.fluent, is_high, scope)
 
 
-def _takes_back(first: PddlEffect, last: PddlEffect) -> bool:
+def takes_back(first: PddlEffect, last: PddlEffect) -> bool:
     """Return whether the effect at the end gives a fluent another value than that at the start."""
     variables = {*dict(first.variables), *dict(last.variables)}
     if first.fluent.name != last.fluent.name or any(
