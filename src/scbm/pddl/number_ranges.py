@@ -59,6 +59,17 @@ class NumberRanges:
         low, high = self._ranges[name]
         return f"{low}..{high}"
 
+    def decided(self, comparison: PddlFormula) -> bool | None:
+        """Return whether a comparison with a number outside of the range holds; `None` for others."""
+        left, right = comparison.parts
+        fluent, number = (left, right) if right.kind == "number" else (right, left)
+        if fluent.kind != "fluent" or fluent.name not in self._ranges or number.kind != "number":
+            return None
+        low, high = self._ranges[fluent.name]
+        if low <= number.number <= high:
+            return None
+        return comparison.kind != "equals" and (number.number > high) == (fluent is left)
+
     def _given(self, asked: Sequence[str], known: Sequence[str]) -> dict[str, tuple[int, int]]:
         given: dict[str, tuple[int, int]] = {}
         for text in asked:

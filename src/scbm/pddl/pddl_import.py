@@ -240,16 +240,23 @@ class _ModelText:
             case "forall" | "exists":
                 if parts[0] in (TRUE, FALSE) and all(self._objects_of[kind] for _, kind in formula.variables):
                     return parts[0]
-            case "equals" if parts[0] == parts[1]:
-                return TRUE
-            case "equals" if parts[0].kind == parts[1].kind == "object":
-                return FALSE
+            case "equals" | "<=" | "<" if (decided := self._decided(replace(formula, parts=parts))) is not None:
+                return TRUE if decided else FALSE
             case "fluent" if formula.name in self._static and all(part.kind == "object" for part in parts):
                 holds = self._task.initial[formula.name].get(tuple(part.name for part in parts), 0)
                 return TRUE if holds else FALSE
             case _:
                 pass
         return replace(formula, parts=parts)
+
+    def _decided(self, comparison: PddlFormula) -> bool | None:
+        """Return whether a comparison always holds or never; `None` if that depends on parameters or states."""
+        left, right = comparison.parts
+        if left == right:
+            return comparison.kind != "<"
+        if left.kind == right.kind == "object":
+            return False
+        return self._ranges.decided(comparison)
 
     def _is_static(self, formula: PddlFormula) -> bool:
         return not any(f.kind == "fluent" and f.name not in self._static for f in inner_formulas(formula))
