@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from scbm.pddl.declared_names import remedy_for, shown_kinds
+from scbm.pddl.pddl_text import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from scbm.pddl.declared_names import DeclaredFluent, Kinds, PddlNames
     from scbm.pddl.pddl_nodes import FileFaults, PddlNode
-
-NUMBER = re.compile(r"-?\d{1,18}(\.\d{1,18})?")
-"""A number, with at most as many digits as a model can have."""
 
 COMPARISONS = ("<", ">", "<=", ">=")
 _OPERATORS = {"+": 2, "*": 2, "/": 2, "-": 1}

@@ -11,10 +11,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from scbm.model import Diagnostic
-    from scbm.pddl.pddl_task import PddlLiftedAction, PddlTask
+    from scbm.pddl.pddl_task import PddlLiftedAction, PddlNumber, PddlTask
     from scbm.pddl.pddl_text import PddlText
 
 _ARITHMETIC = ("+", "-", "*", "/")
+
+_DIGITS = 50
+"""Decimals with more digits are shown as quotients; numbers of PDDL have at most 18, and their sums no more."""
 
 
 class UnknownValueError(Exception):
@@ -115,7 +118,7 @@ def number_faults(
         for fact, value in values.items():
             if name in read and isinstance(value, Fraction):
                 message = (
-                    f"{_decimal(value)}, the value of `{name}`, is no whole number, and variables have whole numbers"
+                    f"{decimal(value)}, the value of `{name}`, is no whole number, and variables have whole numbers"
                 )
                 place = problem.initial_value(name, fact)
                 yield problem.error(message, place, f"write all numbers that `{name}` depends on in smaller units")
@@ -128,14 +131,20 @@ def _faults_in(formula: PddlFormula, text: PddlText, action: PddlLiftedAction | 
         what = "products" if formula.kind == "*" else "quotients"
         message = f"{what} of functions cannot be expressed in a model, except as durations"
         remedy = "write a function of its own with the values"
-        place = text.first(formula.kind) if action is None else text.inside_action(action.name, formula.kind)
+        place = text.first(formula.kind, ":goal") if action is None else text.inside_action(action.name, formula.kind)
         yield text.error(message, place, remedy)
     elif isinstance(formula.number, Fraction):
-        shown = _decimal(formula.number)
-        place = text.first(shown) if action is None else text.inside_action(action.name, shown)
+        shown = decimal(formula.number)
+        place = text.first(shown, ":goal") if action is None else text.inside_action(action.name, shown)
         message = f"{shown} is no whole number, and variables have whole numbers"
         yield text.error(message, place, "write it in smaller units")
 
 
-def _decimal(value: Fraction) -> str:
-    return f"{float(value):g}"
+def decimal(value: PddlNumber) -> str:
+    """Return a number without rounding: as a decimal, or as a quotient if no decimal has its value."""
+    number = Fraction(value)
+    digits = next((count for count in range(_DIGITS) if (number * 10**count).denominator == 1), None)
+    if not digits:
+        return str(number)
+    whole, rest = divmod(abs(int(number * 10**digits)), 10**digits)
+    return f"{'-' * (number < 0)}{whole}.{rest:0{digits}}"

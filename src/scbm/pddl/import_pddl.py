@@ -12,6 +12,7 @@ from scbm.files import FileWriter, read_file, read_model
 from scbm.files.file_writer import has_text
 from scbm.model import InputError
 from scbm.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
+from scbm.pddl.pddl_text import merged_errors
 
 
 def command(
@@ -52,7 +53,7 @@ def command(
     try:
         read_model(made.text, str(out))
     except InputError as error:  # no file has this text yet
-        raise InputError([made.at_origin(fault) for fault in error.diagnostics]) from None
+        raise InputError(merged_errors(map(made.at_origin, error.diagnostics))) from None
     if out.is_file() and not has_text(out, made.text):
         message = f"{out} exists already, with other content, which may be finished by hand"
         raise option_error("--out", message, "name another file, or remove this one first")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.spelling import suggestion
 from scbm.model import Diagnostic, Place, Slug
-from scbm.pddl.constant_terms import UnknownValueError, values_of
+from scbm.pddl.constant_terms import UnknownValueError, decimal, values_of
 from scbm.pddl.import_names import RESOURCE_FORMS
 from scbm.pddl.pddl_task import PddlFormula
 
@@ -210,7 +210,9 @@ class ImportedRequests:
         else:
             if 0 <= lowest <= highest:
                 return lowest, highest
-            wrong = f"{_time(lowest)} at least" if lowest < 0 else f"from {_time(lowest)} to {_time(highest)}"
+            wrong = f"{decimal(lowest)} s at least"
+            if lowest >= 0:
+                wrong = f"from {decimal(lowest)} s to {decimal(highest)} s"
             message, remedy = f"the duration of {action.name} is {wrong}", "write values that are durations"
         place = self._domain.inside_action(action.name, ":duration")
         self.errors[self._domain.error(message, place, remedy)] = None

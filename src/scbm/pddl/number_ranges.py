@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.files.codec.variable_keys import MAX_VALUES
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Diagnostic, Place, Slug
-from scbm.pddl.constant_terms import UnknownValueError, values_of
+from scbm.pddl.constant_terms import UnknownValueError, decimal, values_of
 from scbm.pddl.pddl_reader import conjuncts
 from scbm.pddl.pddl_task import PddlFormula
 from scbm.pddl.temporary_facts import takes_back
@@ -48,7 +48,8 @@ class NumberRanges:
             if fluent.name in given:
                 low, high = given[fluent.name]
                 if min(values) < low or max(values) > high:
-                    message = f"`{fluent.name}` begins with {min(values)}..{max(values)}, outside of {low}..{high}"
+                    first = f"{decimal(min(values))}..{decimal(max(values))}"
+                    message = f"`{fluent.name}` begins with {first}, outside of {low}..{high}"
                     self._wrong(message, None)
                 self._ranges[fluent.name] = low, high
             else:

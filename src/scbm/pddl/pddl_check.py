@@ -13,9 +13,10 @@ from scbm.files.spelling import nearest
 from scbm.files.yaml.error_collector import MAX_ERRORS
 from scbm.model import InputError
 from scbm.pddl.action_check import ActionCheck
-from scbm.pddl.condition_check import NUMBER, ConditionCheck
+from scbm.pddl.condition_check import ConditionCheck
 from scbm.pddl.declared_names import PddlNames, remedy_for
 from scbm.pddl.pddl_nodes import FileFaults, read_nodes
+from scbm.pddl.pddl_text import NUMBER, merged_errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -201,7 +202,7 @@ class _Sections:
 
 
 def _sorted(faults: FileFaults) -> list[Diagnostic]:
-    return sorted(faults.found, key=lambda each: each.order)[:MAX_ERRORS]
+    return merged_errors(sorted(faults.found, key=lambda each: each.order))[:MAX_ERRORS]
 
 
 def _sections(kind: str, known: Sequence[str], faults: FileFaults) -> _Sections | None:

@@ -17,6 +17,7 @@ from scbm.pddl.number_ranges import NumberRanges
 from scbm.pddl.parameter_join import Exclusion, ParameterJoin
 from scbm.pddl.pddl_reader import conjuncts, inner_formulas, negated
 from scbm.pddl.pddl_task import FALSE, TRUE, PddlFormula
+from scbm.pddl.pddl_text import merged_errors
 from scbm.pddl.predicate_groups import PredicateGroups, without
 from scbm.pddl.temporary_facts import temporary_faults
 from scbm.pddl.undefined_values import UndefinedValues
@@ -138,7 +139,7 @@ class _ModelText:
         resources = self._requests.resource_lines()
         self._errors |= self._requests.errors
         if self._errors:
-            raise InputError(sorted(self._errors, key=self._order))
+            raise InputError(merged_errors(sorted(self._errors, key=self._order)))
         used = "\n".join((*operations, *goals, *variables))
         tables = [*self._tables, *self._static_tables(used)]
         sections = [

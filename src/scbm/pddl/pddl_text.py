@@ -4,15 +4,25 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from dataclasses import replace
+from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.model import Diagnostic, Place, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
+
+NUMBER = re.compile(r"-?\d{1,18}(\.\d{1,18})?")
+"""A number, with at most as many digits as a model can have."""
 
 _ACTIONS = (":action", ":durative-action")
-_TOKEN = re.compile(r";[^\n]*|[()]|[^\s();]+")
+_TOKEN = re.compile(r";[^\n]*|[()]|[^\s();][^\s();?]*")
+"""A comment, a bracket or a word; a variable begins a word of its own: `joined?a` is `joined ?a`."""
+
+
+_MAX_PLACES = 8
+"""Maximum number of further places that an error names: a message has 400 characters at most."""
 
 
 class _Token(NamedTuple):
@@ -70,7 +80,7 @@ class PddlText:
             found = [token.word for token in self._tokens[index : index + len(wanted)]]
             if found[0] in _ACTIONS:
                 break
-            if found == wanted:
+            if len(found) == len(wanted) and all(map(_are_alike, found, wanted)):
                 return index
         return None
 
@@ -78,7 +88,7 @@ class PddlText:
         """Return the place of the first of these words that the text has; that of the whole text if it has none."""
         for word in words:
             for index, token in enumerate(self._tokens):
-                if token.word == word.lower():
+                if _are_alike(token.word, word.lower()):
                     return self.place(index)
         return Place(self.file)
 
@@ -134,3 +144,24 @@ class PddlText:
         word, begin = self._tokens[index]
         line = bisect_right(self._starts, begin)
         return Place(self.file, line, begin - self._starts[line - 1] + 1, len(word))
+
+
+def _are_alike(word: str, other: str) -> bool:
+    """Return whether two words are equal, or numbers of one value: `1.5` and `1.50`."""
+    are_numbers = NUMBER.fullmatch(word) and NUMBER.fullmatch(other)
+    return word == other or (are_numbers is not None and Fraction(word) == Fraction(other))
+
+
+def merged_errors(errors: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return errors of which each is told once: the first one of equal ones names the other places."""
+    by_text: dict[tuple[str, str, str | None], dict[Diagnostic, None]] = {}
+    for each in errors:
+        by_text.setdefault((each.place.file, each.message, each.remedy), {})[each] = None
+    return [_with_places(*several) for several in by_text.values()]
+
+
+def _with_places(first: Diagnostic, *others: Diagnostic) -> Diagnostic:
+    shown = [f"{each.place.line}:{each.place.column}" for each in others]
+    if len(shown) > _MAX_PLACES:
+        shown = [*shown[:_MAX_PLACES], f"{len(shown) - _MAX_PLACES} more places"]
+    return replace(first, message=f"{first.message}, also at {', '.join(shown)}") if shown else first
