@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
@@ -59,11 +59,13 @@ class PddlNames:
     Attributes:
         objects: the types of the objects: of the constants, until `read_objects` adds the objects of the problem.
         fluents: the predicates and functions.
+        more_parents: for types that are declared with several types above them, those after the first one.
         problem_objects: the names of the objects of the problem, for messages about the domain.
     """
 
     def __init__(self) -> None:
         self._parents: dict[str, str] = {}
+        self.more_parents: dict[str, dict[str, None]] = {}
         self._unions: dict[frozenset[str], str] = {}
         self._is_object_used = False
         self.objects: dict[str, Kinds] = {}
@@ -81,11 +83,14 @@ class PddlNames:
     def read_types(self, parts: Sequence[PddlNode], faults: FileFaults) -> None:
         """Read the types of a domain."""
         entries = list(_groups(parts, faults))
-        for name, _ in entries:
+        written: dict[str, dict[str, None]] = {}
+        for name, kind in entries:
             if not _is_name(name, faults, "type") or name.word == ANY_OBJECT:
                 continue
-            if name.word in self._parents:
+            above = "" if kind is None else str(kind)
+            if name.word in written and (not above or above in written[name.word]):
                 faults.wrong(name, f"the type `{name.word}` is declared twice", "leave out one of them")
+            written.setdefault(name.word, {})[above] = None
             self._parents[name.word] = ANY_OBJECT
         for _, kind in entries:
             if kind is not None and NAME.fullmatch(kind.word) and kind.word != ANY_OBJECT and not self._is_typo(kind):
@@ -98,7 +103,18 @@ class PddlNames:
                 elif kinds and self.is_below(kinds[0], name.word):
                     faults.wrong(name, f"the type `{name.word}` is below itself", "name another type after the `-`")
                 else:
-                    self._parents[name.word] = kinds[0] if kinds else _UNKNOWN
+                    self._add_parent(name.word, kinds[0] if kinds else _UNKNOWN)
+
+    def _add_parent(self, name: str, parent: str) -> None:
+        """Note a type above another one: the first one, or one more, unless it is above the type already."""
+        if self._parents[name] == ANY_OBJECT:
+            self._parents[name] = parent
+        elif parent != ANY_OBJECT and not self.is_below(name, parent):
+            self.more_parents.setdefault(name, {})[parent] = None
+
+    def _above(self, kind: str) -> tuple[str, ...]:
+        """Return the types just above a type."""
+        return (self._parents[kind], *self.more_parents.get(kind, ()))
 
     def _is_typo(self, node: PddlNode) -> bool:
         """Return whether a parent that is declared nowhere is almost the name of a declared type."""
@@ -126,9 +142,9 @@ class PddlNames:
 
     def is_below(self, kind: str, other: str) -> bool:
         """Return whether a type is another one, or below it, as far as its declaration has no error."""
-        while kind not in (other, ANY_OBJECT, _UNKNOWN):
-            kind = self._parents[kind]
-        return kind in (other, _UNKNOWN)
+        if kind in (other, ANY_OBJECT, _UNKNOWN):
+            return kind in (other, _UNKNOWN)
+        return any(self.is_below(each, other) for each in self._above(kind))
 
     def fits(self, kinds: Kinds, wanted: Kinds) -> bool:
         """Return whether all objects of types are of one of the wanted types."""
@@ -152,14 +168,15 @@ class PddlNames:
         for inner, name in self._unions.items():
             if inner < kinds and all(k in members for k in inner):
                 members = dict.fromkeys([*(k for k in members if k not in inner), name])
-        parents = dict.fromkeys(self._parents[kind] for kind in members)
-        if len(parents) > 1 or len(members) == 1:
+        first, *others = members
+        common = [each for each in self._above(first) if all(each in self._above(other) for other in others)]
+        if not common or not others:
             shown = shown_kinds(tuple(members))
             message = f"`either` of types that have no common type just above cannot be expressed in a model: {shown}"
             faults.refuse(node, message, "declare a type above them, and name it here")
             return
-        (parent,) = parents
-        siblings = [kind for kind, above in self._parents.items() if above == parent]
+        parent = common[0]
+        siblings = [kind for kind in self._parents if parent in self._above(kind)]
         if len(siblings) == len(members) and parent not in self._object_types:
             self._unions[kinds] = parent
             return
@@ -168,14 +185,22 @@ class PddlNames:
         while name in self._parents:
             number += 1
             name = f"{base}_{number}"
-        self._parents |= {name: parent, **dict.fromkeys(members, name)}
+        self._parents[name] = parent
+        for kind in members:
+            above = dict.fromkeys(each for each in self._above(kind) if each != parent)
+            self._parents[kind] = name
+            self.more_parents |= {kind: above} if above else {}
         self._unions[kinds] = name
 
     def type_text(self, kinds: Kinds) -> str:
         """Return the type for types in a text for `unified-planning`."""
-        kind = self._unions.get(frozenset(kinds), ANY_OBJECT) if len(kinds) > 1 else kinds[0] if kinds else ANY_OBJECT
+        kind = self.one_type(kinds)
         self._is_object_used |= kind == ANY_OBJECT
         return kind if kind == ANY_OBJECT else f"t-{kind}"
+
+    def one_type(self, kinds: Kinds) -> str:
+        """Return the type for types: the one above them if there are several."""
+        return self._unions.get(frozenset(kinds), ANY_OBJECT) if len(kinds) > 1 else kinds[0] if kinds else ANY_OBJECT
 
     def types_text(self) -> str:
         """Return the types as a text for `unified-planning`, which is complete after all other texts."""
@@ -224,7 +249,9 @@ class PddlNames:
                 faults.wrong(name, f"there is a {other} `{name.word}` already", "choose another name, or leave it out")
             declared = DeclaredFluent(name.word, tuple(parameters.items()), are_numeric)
             self.fluents.setdefault(name.word, declared)
-            shown.append(f"(f-{name.word} {self.parameters_text(parameters)})")
+            # `unified-planning` knows one type above another: it gets all arguments as objects, which are checked here
+            given = dict.fromkeys(parameters, (ANY_OBJECT,)) if self.more_parents else parameters
+            shown.append(f"(f-{name.word} {self.parameters_text(given)})")
         return " ".join(shown)
 
     def _fluent_nodes(self, parts: Sequence[PddlNode], faults: FileFaults) -> Iterator[PddlNode]:
@@ -287,7 +314,13 @@ def _groups(parts: Sequence[PddlNode], faults: FileFaults) -> Iterator[tuple[Pdd
     rest = list(parts)
     while rest:
         node = rest.pop(0)
-        if node.word != "-":
+        if node.word.startswith("-") and NAME.fullmatch(node.word[1:]):
+            faults.wrong(node, f"a blank is missing between `-` and `{node.word[1:]}`", f"write `- {node.word[1:]}`")
+            rest.insert(0, replace(node, word=node.word[1:]))
+        elif node.word.endswith("-") and len(node.word) > 1 and rest and not rest[0].word.startswith(("?", "-")):
+            faults.wrong(node, f"a blank is missing between `{node.word[:-1]}` and `-`", f"write `{node.word[:-1]} -`")
+            waiting.append(replace(node, word=node.word[:-1]))
+        elif node.word != "-":
             waiting.append(node)
             continue
         if not waiting:

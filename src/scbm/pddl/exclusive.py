@@ -117,14 +117,18 @@ class ProvedInvariants(NamedTuple):
     exclusive: dict[str, int]
 
 
-def proved_invariants(problem: Problem) -> ProvedInvariants:
+def proved_invariants(problem: Problem, objects: Mapping[str, frozenset[str]] | None = None) -> ProvedInvariants:
     """Return invariants of the boolean fluents that have parameters and that actions make true.
 
     A parameter is exclusive if, for any binding of the other parameters, at most one of its values makes the fluent
     true in all states that sequences of actions reach. If several parameters of a fluent are, the last one is returned.
     Parameters with a single object are left out: they have the property, but a variable for their values says nothing.
+
+    Args:
+        problem: the problem.
+        objects: the objects of each type, where a type has more than the problem knows.
     """
-    proof = _InvariantProof(problem)
+    proof = _InvariantProof(problem, objects or {})
     found: dict[FactInvariant, None] = {}
     exclusive: dict[str, int] = {}
     for fluent in problem.fluents:
@@ -141,9 +145,9 @@ def proved_invariants(problem: Problem) -> ProvedInvariants:
 class _InvariantProof:
     """The proofs about the fluents of one problem."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, objects: Mapping[str, frozenset[str]]) -> None:
         self._problem = problem
-        self._objects: dict[Type, frozenset[str]] = {}
+        self._objects = {**objects}
         self._readable = not (problem.timed_effects or len(problem.actions) != len(_plain_actions(problem)))
         self._actions = [self._summary(action) for action in _plain_actions(problem)] if self._readable else []
         self._arities = {fluent.name: fluent.arity for fluent in problem.fluents if fluent.type.is_bool_type()}
@@ -192,9 +196,9 @@ class _InvariantProof:
         return facts
 
     def _objects_of(self, kind: Type) -> frozenset[str]:
-        if kind not in self._objects:
-            self._objects[kind] = frozenset(one.name for one in self._problem.objects(kind))
-        return self._objects[kind]
+        if kind.name not in self._objects:
+            self._objects[kind.name] = frozenset(one.name for one in self._problem.objects(kind))
+        return self._objects[kind.name]
 
     def _term(self, node: FNode) -> Term | None:
         if node.is_object_exp():

@@ -14,7 +14,7 @@ from scbm.pddl.import_names import RESOURCE_FORMS
 from scbm.pddl.pddl_task import PddlFormula
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.pddl.action_cases import ActionCase
     from scbm.pddl.import_names import ImportNames
@@ -165,7 +165,7 @@ class ImportedRequests:
     def _widest(self, types: Iterable[str]) -> list[str]:
         """Return the types that are below no other of these types."""
         known = dict.fromkeys(types)
-        return [kind for kind in known if not any(parent in known for parent in self._parents(kind))]
+        return [kind for kind in known if not any(parent in known for parent in self._task.types_above(kind))]
 
     def _resource_of(
         self, action: PddlLiftedAction, case: ActionCase, shown: Callable[[PddlFormula], str]
@@ -224,12 +224,6 @@ class ImportedRequests:
         if kinds is None:
             return [None]
         return [*self._widest(kinds)]
-
-    def _parents(self, kind: str) -> Iterator[str]:
-        parent = self._task.types[kind]
-        while parent is not None:
-            yield parent
-            parent = self._task.types[parent]
 
     def _index_types(self, base: str) -> list[str]:
         return ["" if kind is None else f"[{self._names.types[kind]}]" for kind in self._index_kinds(base)]

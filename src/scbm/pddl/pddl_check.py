@@ -19,7 +19,7 @@ from scbm.pddl.pddl_nodes import FileFaults, read_nodes
 from scbm.pddl.pddl_text import NUMBER, merged_errors
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model import Diagnostic
     from scbm.pddl.pddl_nodes import PddlNode
@@ -84,6 +84,8 @@ class CheckedPddl:
         declarations: the types, constants, predicates and functions.
         actions: the actions with their names.
         objects, init, goal: the sections of the problem.
+        fluents: the parameters of each predicate and function, with their types.
+        more_parents: the types above a type, besides the first one.
         errors: what a model cannot express; these texts leave it out.
     """
 
@@ -93,6 +95,8 @@ class CheckedPddl:
     objects: str
     init: str
     goal: str
+    fluents: Mapping[str, tuple[tuple[str, str], ...]]
+    more_parents: Mapping[str, tuple[str, ...]]
     errors: tuple[Diagnostic, ...]
 
     def domain_text(self, actions: Sequence[str]) -> str:
@@ -127,7 +131,13 @@ class _PddlCheck:
         if self._domain.are_of_pddl or self._problem.are_of_pddl or domain is None or problem is None:
             raise InputError(errors)
         declarations = f"{self._names.types_text()} {declarations}"
-        return CheckedPddl(problem.name.word, declarations, actions, objects, init, goal, errors)
+        types = self._names
+        fluents = {
+            name: tuple((parameter, types.one_type(kinds)) for parameter, kinds in fluent.parameters)
+            for name, fluent in types.fluents.items()
+        }
+        more_parents = {kind: tuple(above) for kind, above in types.more_parents.items()}
+        return CheckedPddl(problem.name.word, declarations, actions, objects, init, goal, fluents, more_parents, errors)
 
     def _domain_texts(self, domain: _Sections, problem: _Sections | None) -> tuple[str, tuple[tuple[str, str], ...]]:
         """Return the declarations and the actions of the domain."""

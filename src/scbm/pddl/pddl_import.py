@@ -91,7 +91,7 @@ class _ModelText:
         self._domain = domain
         self._problem = problem
         self._errors = dict.fromkeys(task.errors)
-        self._objects_of = {kind: self._objects(kind) for kind in task.types}
+        self._objects_of = {kind: task.objects_of(kind) for kind in task.types}
         self._read = self._read_fluents()
         undefined = UndefinedValues(task, (domain, problem), self._read, self._objects_of)
         self._errors |= dict.fromkeys(undefined.errors)
@@ -174,16 +174,13 @@ class _ModelText:
 
     # objects
 
-    def _objects(self, kind: str) -> tuple[str, ...]:
-        own = [name for name, each in self._task.objects.items() if each == kind]
-        below = [each for each, parent in self._task.types.items() if parent == kind]
-        return tuple(dict.fromkeys([*own, *(each for child in below for each in self._objects(child))]))
-
     def _type_lines(self) -> list[str]:
         lines = []
         for kind, parent in self._task.types.items():
-            own = [self._names.objects[n] for n, each in self._task.objects.items() if each == kind]
-            listed = f"[{', '.join(own)}]"
+            own = [name for name, each in self._task.objects.items() if each == kind]
+            below = [each for each, above in self._task.more_parents.items() if kind in above]  # `of` names one type
+            own += [name for each in below for name in self._objects_of[each]]
+            listed = f"[{', '.join(self._names.objects[name] for name in dict.fromkeys(own))}]"
             name = self._names.types[kind]
             text = listed if parent is None else f"{{objects: {listed}, of: {self._names.types[parent]}}}"
             lines.append(f"  {name}: {text}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -104,7 +105,7 @@ class _TaskReader:
         fluents = {
             _plain(fluent.name): PddlFluent(
                 _plain(fluent.name),
-                tuple((each.name, _type_name(each.type)) for each in fluent.signature),
+                self._checked.fluents[_plain(fluent.name)],
                 not fluent.type.is_bool_type(),
             )
             for fluent in problem.fluents
@@ -119,8 +120,7 @@ class _TaskReader:
             objects = tuple(_plain(argument.object().name) for argument in fact.args)
             name = _plain(fact.fluent().name)
             initial[name][objects] = self._constant(value)
-        invariants = proved_invariants(problem)
-        return PddlTask(
+        task = PddlTask(
             self._checked.name,
             types,
             {_plain(each.name): _type_name(each.type) for each in problem.all_objects},
@@ -128,12 +128,16 @@ class _TaskReader:
             actions,
             initial,
             goals,
-            {_plain(name): index for name, index in invariants.exclusive.items()},
-            tuple(
-                tuple(part._replace(fluent=_plain(part.fluent)) for part in invariant) for invariant in invariants.all
-            ),
-            self._checked.errors,
+            errors=self._checked.errors,
+            more_parents=self._checked.more_parents,
         )
+        objects = {
+            kind.name: frozenset(f"o-{n}" for n in task.objects_of(_type_name(kind))) for kind in problem.user_types
+        }
+        invariants = proved_invariants(problem, objects)
+        plain = [tuple(part._replace(fluent=_plain(part.fluent)) for part in each) for each in invariants.all]
+        exclusive = {_plain(name): index for name, index in invariants.exclusive.items()}
+        return replace(task, exclusive=exclusive, invariants=tuple(plain))
 
     def _action_of(self, action: Any) -> PddlLiftedAction:  # noqa: ANN401 - of the library
         duration = None

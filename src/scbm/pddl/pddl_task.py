@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from fractions import Fraction
 
     from scbm.model import Diagnostic
@@ -151,6 +151,7 @@ class PddlTask:
         exclusive: for fluents, the parameter whose values are proved to exclude each other.
         invariants: which facts are proved to exclude each other.
         errors: what a model cannot express; a condition `TRUE` stands for it.
+        more_parents: the types above a type, besides the one that `types` has.
     """
 
     name: str
@@ -163,3 +164,17 @@ class PddlTask:
     exclusive: Mapping[str, int] = field(default_factory=dict)
     invariants: tuple[FactInvariant, ...] = ()
     errors: tuple[Diagnostic, ...] = ()
+    more_parents: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def objects_of(self, kind: str) -> tuple[str, ...]:
+        """Return the objects of a type and of the types below it."""
+        own = [name for name, each in self.objects.items() if each == kind]
+        below = [each for each, parent in self.types.items() if kind in (parent, *self.more_parents.get(each, ()))]
+        return tuple(dict.fromkeys([*own, *(each for child in below for each in self.objects_of(child))]))
+
+    def types_above(self, kind: str) -> Iterator[str]:
+        """Yield the types above a type."""
+        parent = self.types[kind]
+        for each in (*([] if parent is None else [parent]), *self.more_parents.get(kind, ())):
+            yield each
+            yield from self.types_above(each)
