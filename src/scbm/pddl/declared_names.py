@@ -317,7 +317,7 @@ def _groups(parts: Sequence[PddlNode], faults: FileFaults) -> Iterator[tuple[Pdd
         if node.word.startswith("-") and NAME.fullmatch(node.word[1:]):
             faults.wrong(node, f"a blank is missing between `-` and `{node.word[1:]}`", f"write `- {node.word[1:]}`")
             rest.insert(0, replace(node, word=node.word[1:]))
-        elif node.word.endswith("-") and len(node.word) > 1 and rest and not rest[0].word.startswith(("?", "-")):
+        elif node.word.startswith("?") and node.word.endswith("-") and rest and NAME.fullmatch(rest[0].word):
             faults.wrong(node, f"a blank is missing between `{node.word[:-1]}` and `-`", f"write `{node.word[:-1]} -`")
             waiting.append(replace(node, word=node.word[:-1]))
         elif node.word != "-":

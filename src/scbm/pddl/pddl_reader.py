@@ -131,10 +131,10 @@ class _TaskReader:
             errors=self._checked.errors,
             more_parents=self._checked.more_parents,
         )
-        objects = {
+        below = {
             kind.name: frozenset(f"o-{n}" for n in task.objects_of(_type_name(kind))) for kind in problem.user_types
         }
-        invariants = proved_invariants(problem, objects)
+        invariants = proved_invariants(problem, below)
         plain = [tuple(part._replace(fluent=_plain(part.fluent)) for part in each) for each in invariants.all]
         exclusive = {_plain(name): index for name, index in invariants.exclusive.items()}
         return replace(task, exclusive=exclusive, invariants=tuple(plain))

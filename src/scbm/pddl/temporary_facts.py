@@ -56,7 +56,7 @@ def temporary_faults(
                 place = problem.in_section(":goal", name) if reader is None else domain.inside_action(who, name)
                 remedy = f"split {action.name} into two actions: one for its start, and one for its end"
                 text = problem if reader is None else domain
-                yield text.error(f"{who} needs {what} only until its own end", place, remedy)
+                yield text.error(f"{who} needs {what} only until {action.name} ends", place, remedy)
 
 
 def _readers(

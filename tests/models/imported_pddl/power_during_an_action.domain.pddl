@@ -1,0 +1,7 @@
+(define (domain power) (:requirements :typing :durative-actions :fluents)
+ (:types machine)
+ (:predicates (done ?m - machine))
+ (:functions (power) (wear ?m - machine))
+ (:durative-action run :parameters (?m - machine) :duration (= ?duration 3)
+  :condition (and (at start (>= (power) 2)) (at start (<= (wear ?m) 3)))
+  :effect (and (at start (decrease (power) 2)) (at end (increase (power) 2)) (at end (increase (wear ?m) 1)) (at end (done ?m)))))

@@ -1,0 +1,7 @@
+(define (domain two) (:requirements :typing)
+ (:types truck - vehicle truck - thing crate - thing vehicle thing - object zone)
+ (:predicates (at ?t - thing?z - zone) (drivable?v - vehicle) (in ?c - crate ?v - vehicle) (heavy?x - thing) (road ?a?b - zone))
+ (:action drive :parameters (?t - truck ?a ?b - zone) :precondition (and (drivable?t) (at?t?a) (road?a?b)) :effect (and (not(at?t?a))(at?t?b)))
+ (:action load :parameters (?c - crate ?t - vehicle ?k - truck ?a - zone) :precondition (and (at ?c ?a) (at ?k ?a) (= ?t ?k)) :effect (and (in ?c ?t) (not (at ?c ?a))))
+ (:action unload :parameters (?c - crate ?k - truck ?a - zone) :precondition (and (in ?c ?k) (at ?k ?a)) :effect (and (not (in ?c ?k)) (at ?c ?a)))
+ (:action push :parameters (?x - thing ?a ?b - zone) :precondition (and (heavy ?x) (at ?x ?a) (road ?b ?a)) :effect (and (not (at ?x ?a)) (at ?x ?b))))

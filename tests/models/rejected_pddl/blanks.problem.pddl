@@ -1,0 +1,5 @@
+(define (problem one-crate)
+  (:domain depot)
+  (:objects r1 -robot c1 - crate shelf - zone)
+  (:init (at r1 shelf) (at c1 shelf))
+  (:goal (on c1 r1)))
