@@ -8,10 +8,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.pddl.checks.declared_names import ANY_OBJECT
+from scbm.pddl.checks.pddl_check import checked_pddl
 from scbm.pddl.constant_terms import folded
-from scbm.pddl.declared_names import ANY_OBJECT
 from scbm.pddl.exclusive import proved_invariants
-from scbm.pddl.pddl_check import checked_pddl
 from scbm.pddl.pddl_task import (
     FALSE,
     TRUE,
@@ -26,7 +26,7 @@ from scbm.pddl.pddl_task import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.pddl.pddl_check import CheckedPddl
+    from scbm.pddl.checks.pddl_check import CheckedPddl
     from scbm.pddl.pddl_task import EffectKind, FormulaKind
     from scbm.pddl.pddl_text import PddlText
 

@@ -13,7 +13,7 @@ from scbm.files.spelling import nearest
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from scbm.pddl.pddl_nodes import FileFaults, PddlNode
+    from scbm.pddl.checks.pddl_nodes import FileFaults, PddlNode
 
 Kinds: TypeAlias = "tuple[str, ...]"
 """The types of a parameter: several for `either`; none if its type has an error."""

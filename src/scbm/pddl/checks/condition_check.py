@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.pddl.declared_names import remedy_for, shown_kinds
+from scbm.pddl.checks.declared_names import remedy_for, shown_kinds
 from scbm.pddl.pddl_text import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from scbm.pddl.declared_names import DeclaredFluent, Kinds, PddlNames
-    from scbm.pddl.pddl_nodes import FileFaults, PddlNode
+    from scbm.pddl.checks.declared_names import DeclaredFluent, Kinds, PddlNames
+    from scbm.pddl.checks.pddl_nodes import FileFaults, PddlNode
 
 COMPARISONS = ("<", ">", "<=", ">=")
 _OPERATORS = {"+": 2, "*": 2, "/": 2, "-": 1}

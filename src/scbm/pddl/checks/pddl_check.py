@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING
 from scbm.files.spelling import nearest
 from scbm.files.yaml.error_collector import MAX_ERRORS
 from scbm.model import InputError
-from scbm.pddl.action_check import ActionCheck
-from scbm.pddl.condition_check import ConditionCheck
-from scbm.pddl.declared_names import PddlNames, remedy_for
-from scbm.pddl.pddl_nodes import FileFaults, read_nodes
+from scbm.pddl.checks.action_check import ActionCheck
+from scbm.pddl.checks.condition_check import ConditionCheck
+from scbm.pddl.checks.declared_names import PddlNames, remedy_for
+from scbm.pddl.checks.pddl_nodes import FileFaults, read_nodes
 from scbm.pddl.pddl_text import NUMBER, merged_errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model import Diagnostic
-    from scbm.pddl.pddl_nodes import PddlNode
+    from scbm.pddl.checks.pddl_nodes import PddlNode
     from scbm.pddl.pddl_text import PddlText
 
 _LEAVE_OUT = "leave them out of the import"

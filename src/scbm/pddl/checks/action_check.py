@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.pddl.condition_check import COMPARISONS, ConditionCheck
-from scbm.pddl.declared_names import NAME, remedy_for
+from scbm.pddl.checks.condition_check import COMPARISONS, ConditionCheck
+from scbm.pddl.checks.declared_names import NAME, remedy_for
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scbm.pddl.declared_names import Kinds, PddlNames
-    from scbm.pddl.pddl_nodes import FileFaults, PddlNode
+    from scbm.pddl.checks.declared_names import Kinds, PddlNames
+    from scbm.pddl.checks.pddl_nodes import FileFaults, PddlNode
 
 _KEYS = {
     ":action": (":parameters", ":precondition", ":effect"),
