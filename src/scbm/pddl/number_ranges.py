@@ -9,7 +9,7 @@ from scbm.files.codec.variable_keys import MAX_VALUES
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Diagnostic, Place, Slug
 from scbm.pddl.constant_terms import UnknownValueError, decimal, values_of
-from scbm.pddl.pddl_reader import conjuncts
+from scbm.pddl.pddl_reader import conjuncts, negated
 from scbm.pddl.pddl_task import PddlFormula
 from scbm.pddl.temporary_facts import takes_back
 
@@ -126,17 +126,34 @@ class NumberRanges:
         if len(rises) > 1:
             return None
         is_upper = rises == {True}
+        more = self._added_by_others(action, effect)
         bounds = []
         for condition in (c for each in (*action.conditions, effect.condition) for c in conjuncts(each)):
             bound = _bound(condition, effect.fluent, is_upper=is_upper)
             values = None if bound is None else self._values(PddlFormula(sign, (bound, effect.value)))
-            if values is not None:
-                strict = int(condition.kind == "<")
-                bounds.append(max(values) - strict if is_upper else min(values) + strict)
+            if values is not None and more is not None:
+                beyond = more - int(condition.kind == "<")
+                bounds.append(max(values) + beyond if is_upper else min(values) - beyond)
         if not bounds:
             return None
         nearest = min(bounds) if is_upper else max(bounds)
         return nearest, nearest
+
+    def _added_by_others(self, action: PddlLiftedAction, effect: PddlEffect) -> Fraction | int | None:
+        """Return how much more an action may add to a number for equal objects; `None` if that is not known."""
+        conditions = [each for condition in action.conditions for each in conjuncts(condition)]
+        total: Fraction | int = 0
+        for other in action.effects:
+            if (other.fluent.name, other.kind) == (effect.fluent.name, effect.kind) and other is not effect:
+                pairs = list(zip(effect.fluent.parts, other.fluent.parts, strict=True))
+                both = [PddlFormula("equals", each) for pair in pairs for each in (pair, pair[::-1])]
+                steps = self._values(other.value)
+                if any(negated(each) in conditions for each in both):
+                    continue
+                if steps is None:
+                    return None
+                total += max(map(abs, steps))
+        return total
 
     def _values(self, term: PddlFormula) -> list[Fraction] | None:
         """Return the values of a term over constant functions; `None` of another term."""

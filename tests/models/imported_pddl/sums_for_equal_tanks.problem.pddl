@@ -1,1 +1,1 @@
-(define (problem w) (:domain transfer) (:objects a b - tank) (:init (= (level a) 3) (= (level b) 0)) (:goal (and (= (level a) 4) (= (level b) 1))))
+(define (problem w) (:domain transfer) (:objects a b - tank) (:init (= (level a) 5) (= (level b) 0)) (:goal (= (level a) 7)))
