@@ -6,8 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from scbm.cases.coverage import Obligations
 from scbm.closing import Decision
-from scbm.closing.proofs.proofs import by_runs, failing_transitions, structural_facts
+from scbm.closing.proofs.proofs import (
+    by_runs,
+    explored_for_proofs,
+    failing_transitions,
+    scope_of_proofs,
+    structural_facts,
+)
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel
@@ -143,3 +150,13 @@ def test_an_end_by_the_limit_of_plans_is_no_proof_and_hides_none(fuel: int, deci
     assert Decision.UNDECIDED not in found.values()
     for _, certificate in closing.certificates:
         assert check_certificate(certificate, model) == ()
+
+
+@pytest.mark.parametrize("situations", [1, 10_000])
+def test_any_plans_are_not_explored_beyond_a_limit_that_canonical_plans_exceed(situations: int) -> None:
+    model, limits = scan_cell(), CloseLimits(situations=situations)
+    canonical = AllRuns(model, limits, lambda _: None, scope_of_proofs(model))
+    explored: list[str] = []
+    missing = sum(Obligations.of(model).bit(each) for each in Obligations.of(model))
+    found = explored_for_proofs(model, limits, explored.append, missing & ~canonical.visited, (canonical,))
+    assert bool(explored) is bool(found) is (canonical.stopped is None) is (situations > 1)

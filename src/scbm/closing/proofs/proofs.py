@@ -310,6 +310,8 @@ def explored_for_proofs(
             if limits is None:
                 continue
             most = limits.situations if plans is declared else min(limits.situations, _MAX_OF_ANY_PLANS)
+            if canonical is not None and is_canonical and canonical.situations + (canonical.stopped is not None) > most:
+                continue  # canonical plans are plans: with any of them, runs can be in no fewer situations
             scope = scope_of_proofs(model, plans)
             runs = AllRuns(model, replace(limits, situations=most), progress, scope, until=missing)
         if runs.is_interrupted:
