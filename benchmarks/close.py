@@ -18,10 +18,11 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
 from published import PROBLEMS
 
 from scbm.closing import CloseLimits, Closer, Decision

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import argparse
 import time
-from dataclasses import replace
 from itertools import cycle, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from msgspec.structs import replace
 
 from scbm.files import load_model
 from scbm.store import ModelSource, StoredRun, combine_stores, drawn_recipe, read_history, write_store

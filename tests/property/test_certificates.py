@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import pytest
 from hypothesis import assume, given, reject
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.files import read_model

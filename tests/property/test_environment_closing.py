@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.files import read_case, write_case

@@ -23,7 +23,7 @@ EACH_ENGINE = pytest.mark.parametrize("engine", list(ENGINES))
 @st.composite
 def systems(draw: st.DrawFn) -> TransitionSystem:
     space = draw(variables())
-    parts = st.builds(MovePart, predicates(space, 2), actions(space))
+    parts = st.tuples(predicates(space, 2), actions(space)).map(lambda part: MovePart(*part))
     moves = draw(st.lists(st.lists(parts, min_size=1, max_size=3).map(tuple), max_size=5))
     return TransitionSystem(StateSpace(space), tuple(Move(f"m{index}", parts) for index, parts in enumerate(moves)))
 

@@ -6,13 +6,13 @@ draws the models. Together they are more than ten thousand.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from random import Random
 
 import pytest
 from hypothesis import given
+from msgspec.structs import replace
 
 from scbm.cases import CONDITIONS, Case, Condition, ConditionKind, Injection
 from scbm.cases.trace import End, ReplyDropped, ReplyReceived, RequestCancelled, RequestSent, RunEnded

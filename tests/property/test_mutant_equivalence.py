@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from random import Random
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.model import BehaviorModel, GoalOrder, RunsDeclaration
 from scbm.mutation import mutants_of

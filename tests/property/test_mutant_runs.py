@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace as with_fields
 from pathlib import Path
 
 import pytest
@@ -67,7 +66,7 @@ def test_runs_of_models_with_each_key_are_left_out_soundly(file: Path) -> None:
     if model.goals and model.initial_states == TRUE:
         drawn = RandomCases(model, moves_inputs=True).first(3, 0)
         limits = CaseLimits(time_ns=share(60) * 60_000_000_000)  # an environment that always acts fills the hour
-        _assert_sound(model, (with_fields(case, limits=limits) for case in drawn), share(200, usual=8))
+        _assert_sound(model, (replace(case, limits=limits) for case in drawn), share(200, usual=8))
 
 
 @pytest.mark.longer

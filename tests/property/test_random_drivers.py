@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 from random import Random
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Case, CaseLimits, EnvironmentChange
 from scbm.cases.trace import SENT, InjectionApplied, Record, Trace, write_trace

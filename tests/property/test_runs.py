@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from random import Random
@@ -10,6 +9,7 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from scbm.cases import CONDITIONS, Case, CaseGoal, Condition, ConditionKind, Injection, Network, Origin
 from scbm.cases.coverage import Coverage, Obligations, visited_by

@@ -5,11 +5,10 @@ The checker of certificates agrees, too.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligations
 from scbm.cases.trace import Record, RunStarted

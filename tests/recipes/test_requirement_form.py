@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -121,8 +120,7 @@ def _without_remedies(errors: str) -> list[str]:
     return [line for line in errors.splitlines() if not line.startswith("    = ")]
 
 
-@dataclass(frozen=True)
-class Unjudged(RequirementForm):
+class Unjudged(RequirementForm, frozen=True):
     """A form that does not say what violates it."""
 
     pattern = "p occurs at most n times [within d]"

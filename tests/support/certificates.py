@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 from unittest.mock import patch
+
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligations
 from scbm.closing.proofs.proofs import Proofs, by_runs

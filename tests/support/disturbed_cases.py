@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from random import Random
+
+from msgspec.structs import replace
 
 from scbm.cases import Case, CaseLimits, Condition, ConditionKind, EnvironmentChange, Injection
 from scbm.model import BehaviorModel, Constant, Equal, Predicate, Reference, Role

@@ -12,9 +12,11 @@ from __future__ import annotations
 import copy
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice, product
 from typing import TypeAlias
+
+from msgspec.structs import replace
 
 from scbm.cases import CONDITIONS, Condition, Injection
 from scbm.cases.coverage import Obligations, visited_by

@@ -1,9 +1,10 @@
 """Histories of models, as a store would give them, made without one."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from scbm.cases import Case
 from scbm.files import load_model, write_case

@@ -9,10 +9,12 @@ differ. Slow and obvious: nothing is left out of a situation, not even variables
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from itertools import product
 from typing import TypeAlias
+
+from msgspec.structs import replace
 
 from scbm.cases.trace import RunnerStarted, RunStarted
 from scbm.model import BehaviorModel, GoalOrder, Predicate, State, Value

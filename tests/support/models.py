@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from scbm.files import read_model
 from scbm.model import BehaviorModel, GoalOrder, RunsDeclaration, VariableSource

@@ -6,13 +6,15 @@ The models are numbered. All chance comes from `Random(...).random()`, which is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from itertools import count
 from math import prod
 from random import Random
 from typing import TypeVar
+
+from msgspec.structs import replace
 
 from scbm.model import (
     Action,

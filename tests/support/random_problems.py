@@ -5,9 +5,11 @@ All chance comes from `Random(...).random()`, so problem `number` is the same in
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from random import Random
 from typing import TYPE_CHECKING, TypeVar
+
+from msgspec.structs import replace
 
 from scbm.model import (
     Action,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, assert_never, cast
 
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from scbm.model import (
     FORMS,

@@ -5,8 +5,10 @@ Part of the inputs are reactions to requests: the reply of a resource, and the d
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.network import Network
 from scbm.model import FIRST_PLANNER, PlannerIdentity
@@ -30,8 +32,7 @@ LOST: Delivery = ()
 """A message does not arrive."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reaction:
+class Reaction(Struct, frozen=True):
     """The complete reaction to one request.
 
     Attributes:
@@ -52,8 +53,7 @@ class Reaction:
     cancel: Delivery | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class OutcomeRule:
+class OutcomeRule(Struct, frozen=True):
     """The reaction that a case prescribes for some requests to a resource, or sent while an operation executes.
 
     Requests are numbered from 1, for each resource and for each operation. `None` prescribes nothing. If rules for an
@@ -77,8 +77,7 @@ class OutcomeRule:
     cancel: Delivery | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Expectations:
+class Expectations(Struct, frozen=True):
     """The results that a case expects; an attribute that is empty or `None` expects nothing.
 
     Attributes:
@@ -100,8 +99,7 @@ _PERFECT = Network()
 _NOTHING = Expectations()
 
 
-@dataclass(frozen=True, slots=True)
-class CaseGoal:
+class CaseGoal(Struct, frozen=True):
     """One goal of a case.
 
     Attributes:
@@ -135,8 +133,7 @@ class CaseGoalNames(NamedTuple):
     goals: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Origin:
+class Origin(Struct, frozen=True):
     """The random streams that a case draws from: those of case `number` (from 1) of the campaign with this seed.
 
     Attributes:
@@ -150,8 +147,7 @@ class Origin:
     moves_inputs: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class CaseLimits:
+class CaseLimits(Struct, frozen=True):
     """The limits of a run; for `None` the caller of the simulation chooses the limit.
 
     Attributes:
@@ -163,8 +159,7 @@ class CaseLimits:
     plans: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedPlan:
+class RecordedPlan(Struct, frozen=True):
     """The answer of the planner to one question of a run.
 
     Attributes:
@@ -176,8 +171,7 @@ class RecordedPlan:
     plan: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedGoal:
+class RecordedGoal(Struct, frozen=True):
     """The recorded result of the run for one goal of a case; a part that is `None` is not recorded.
 
     Names and values are texts, so that a record can be read for a model that no longer has them.
@@ -197,8 +191,7 @@ class RecordedGoal:
     ended_ns: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedRun:
+class RecordedRun(Struct, frozen=True):
     """The result of the run that a case was saved from.
 
     Attributes:
@@ -214,8 +207,7 @@ class RecordedRun:
     goals: tuple[RecordedGoal, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(Struct, frozen=True):
     """One test case. A choice that it leaves open has its default, or is drawn if it has an origin (decision 11).
 
     Most cases have one goal. `goal`, `predicate`, `expect` and `may_end` are those of the first one.

@@ -10,6 +10,8 @@ from enum import Enum
 from fractions import Fraction
 from typing import TYPE_CHECKING, ClassVar
 
+from msgspec import Struct
+
 from scbm.model import Outcome
 
 if TYPE_CHECKING:
@@ -105,8 +107,7 @@ def condition_kind(name: str) -> ConditionKind:
     return CONDITIONS[name]
 
 
-@dataclass(frozen=True, slots=True)
-class Condition:
+class Condition(Struct, frozen=True):
     """The condition of a resource: its kind, and for `slower` the factor: at least 1, with at most 15 digits."""
 
     kind: ConditionKind = ConditionKind.WELL
@@ -116,8 +117,7 @@ class Condition:
         return f"{float(self.factor):.15g} times {self.kind.value}" if self.kind.has_factor else self.kind.value
 
 
-@dataclass(frozen=True, slots=True)
-class Injection:
+class Injection(Struct, frozen=True):
     """One change during a run; without `when` and `at_ns` it acts at the start.
 
     Attributes:
@@ -146,8 +146,7 @@ MAX_CHANGES = 100_000
 """The maximum number of changes of the environment in a case; an input that changes each second reaches it in a day."""
 
 
-@dataclass(frozen=True, slots=True)
-class EnvironmentChange:
+class EnvironmentChange(Struct, frozen=True):
     """One entry under `environment`: changes from outside at a settled moment of a run (semantics 7.2).
 
     Attributes:

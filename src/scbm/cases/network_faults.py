@@ -7,14 +7,14 @@ none of them names a kind. The class of a kind derives from the form of its valu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
 
+from msgspec import Struct
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from dataclasses import Field
     from typing import ClassVar
 
 
@@ -165,7 +165,7 @@ class FaultWindow(Protocol):
         for_ns: how long it lasts.
     """
 
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+    __struct_fields__: ClassVar[tuple[str, ...]]
 
     @property
     def resource(self) -> str | None: ...  # noqa: D102 - documented above
@@ -179,7 +179,7 @@ class WindowFault(NetworkFault[tuple[FaultWindow, ...]]):
     """A fault that acts at some times of the run; its value is a list of windows.
 
     Attributes:
-        window: the class of a window: a frozen dataclass with the attributes of `FaultWindow`.
+        window: the class of a window: a frozen struct with the attributes of `FaultWindow`.
         window_name: what messages call one window: a noun, such as `partition`.
         window_help: what a window means.
         resource_help, at_help, for_help: what the keys of a window mean.
@@ -205,8 +205,7 @@ AnyNetworkFault: TypeAlias = TimeFault | ShareFault | WindowFault
 # values of windows
 
 
-@dataclass(frozen=True, slots=True)
-class Partition:
+class Partition(Struct, frozen=True):
     """A partition: the network loses all messages sent between `at_ns` and `at_ns + for_ns`.
 
     Attributes:
@@ -220,8 +219,7 @@ class Partition:
     resource: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Restart:
+class Restart(Struct, frozen=True):
     """A restart: a resource is down between `at_ns` and `at_ns + for_ns`, and loses its requests.
 
     Attributes:

@@ -6,14 +6,17 @@ To add one: a function that adds runs of cases to `found` of its `ClosingTask`, 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.cases import Case, Expectations
 from scbm.cases.coverage import Aspect
 from scbm.closing.advice.other_plans import with_first
 from scbm.closing.decisions import Stage, StageEnd
+from scbm.closing.distinguished_values import distinguished_groups
 from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns, RunScope
 from scbm.closing.scripts.case_search import CaseSearch, Merit, bounded
@@ -21,7 +24,6 @@ from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_by_
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.model import GoalOrder, RunPlans, State
-from scbm.model.distinguished_values import distinguished_groups
 from scbm.model.sources import free_groups, outside_groups
 
 if TYPE_CHECKING:
@@ -38,8 +40,7 @@ _MAX_FOR_CASES = 10_000
 """Maximum number of situations in which inputs change that are explored to find cases, where they prove nothing."""
 
 
-@dataclass(slots=True)
-class ClosingTask:
+class ClosingTask(Struct):
     """What is searched for, where, and what was found.
 
     Attributes:
@@ -92,8 +93,7 @@ class ClosingTask:
                 yield execution
 
 
-@dataclass(frozen=True, slots=True)
-class CaseSearchEntry:
+class CaseSearchEntry(Struct, frozen=True):
     """A search for cases.
 
     Attributes:

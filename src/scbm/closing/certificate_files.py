@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import re
 from contextlib import suppress
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from scbm.cases.coverage import Decision
 from scbm.cases.coverage.assumptions import assumptions
@@ -14,6 +15,7 @@ from scbm.closing.proof_reasons import REASONS_SUFFIX, read_reasons
 from scbm.files import digest_of, open_input, read_file, without_detours
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, Slug
 from scbm.model.json_reader import JsonError, read_json
+from scbm.model.partly_compared import PartlyCompared
 from scbm.model.visible_text import shell_word
 from scbm.proofcheck import RunsArgument
 
@@ -40,8 +42,7 @@ _MODEL_FILE = re.compile(rf'"model"\s*:\s*{_WORD}\s*,\s*"model_file"\s*:\s*({_WO
 """The name of the model file in the beginning of a certificate, which may be too large to be read for that alone."""
 
 
-@dataclass(frozen=True, slots=True)
-class CertificateFile:
+class CertificateFile(PartlyCompared, frozen=True):
     """A certificate and the file that it was read from.
 
     Attributes:
@@ -52,7 +53,8 @@ class CertificateFile:
     certificate: Certificate
     path: Path
     model_path: Path | None
-    reasons: Mapping[str, str] = field(default_factory=dict, compare=False)
+    reasons: Mapping[str, str] = field(default_factory=dict)
+    uncompared = ("reasons",)
 
     def required_model_path(self) -> Path:
         """Return `model_path`. Raises `InputError` if it is `None`."""
@@ -63,8 +65,7 @@ class CertificateFile:
         return self.model_path
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedCertificate:
+class CheckedCertificate(Struct, frozen=True):
     """The result of checking a certificate.
 
     Attributes:

@@ -9,12 +9,13 @@ from __future__ import annotations
 import gc
 import re
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import reduce
 from hashlib import sha256
 from itertools import count
 from operator import and_, or_
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.cases import Case, Expectations
 from scbm.cases.coverage import Coverage, Obligation, Obligations, visited_by

@@ -6,10 +6,12 @@ Files that closing did not write, or that it wrote for another model, are never 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_path_in
 from scbm.closing.proof_reasons import REASONS_SUFFIX, is_reasons_text, reasons_text
@@ -35,8 +37,7 @@ _COLUMNS = 110
 _SNIFFED_BYTES = 4_096
 
 
-@dataclass(frozen=True, slots=True)
-class ClosingFiles:
+class ClosingFiles(Struct, frozen=True):
     """The files that were written.
 
     Attributes:

@@ -5,9 +5,10 @@ The cases that show a fault are failed cases, and new cases that end as no run o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Decision, count_statuses, coverable_figure
 from scbm.cases.coverage.assumptions import assumptions
@@ -45,8 +46,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, slots=True)
-class Decided:
+class Decided(Struct, frozen=True):
     """The decision about one obligation.
 
     Attributes:
@@ -68,8 +68,7 @@ class Decided:
         return self.case is not None and self.decision is not Decision.COVERED
 
 
-@dataclass(frozen=True, slots=True)
-class ClosingCase:
+class ClosingCase(Struct, frozen=True):
     """A case that closing made.
 
     Attributes:
@@ -151,8 +150,7 @@ class SuggestionKind(StrEnum):
     PLANS = "plans"
 
 
-@dataclass(frozen=True, slots=True)
-class Suggestion:
+class Suggestion(Struct, frozen=True):
     """A change that would make uncoverable obligations coverable, or the reason why they are not.
 
     Attributes:
@@ -185,8 +183,7 @@ class Stage(StrEnum):
     SUGGESTIONS = "suggestions"
 
 
-@dataclass(frozen=True, slots=True)
-class StageEnd:
+class StageEnd(Struct, frozen=True):
     """A stage that ended before it was complete.
 
     Attributes:
@@ -202,8 +199,7 @@ class StageEnd:
     is_interrupted: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Closing:
+class Closing(Struct, frozen=True):
     """The result of closing a model.
 
     Attributes:
@@ -272,8 +268,7 @@ class Closing:
         return is_interrupted or any(end.is_interrupted for end in self.ended)
 
 
-@dataclass(frozen=True, slots=True)
-class FailedCase:
+class FailedCase(Struct, frozen=True):
     """A case that failed.
 
     Attributes:
@@ -298,8 +293,7 @@ def failed_cases(suite: Campaign, closing: Closing, again: Callable[[str], str])
     )
 
 
-@dataclass(frozen=True, slots=True)
-class FoundFault:
+class FoundFault(Struct, frozen=True):
     """A new case that passes, because it expects its end, but ends as no run of a correct model does.
 
     Attributes:
@@ -332,8 +326,7 @@ def _is_chosen(end: End, case: Case) -> bool:
     return end is End.TIME_LIMIT and (is_away or case.limits.time_ns is not None)
 
 
-@dataclass(frozen=True, slots=True)
-class Consequence:
+class Consequence(Struct, frozen=True):
     """A failure of the run of a new case that occurs only because its state is forced.
 
     Attributes:
@@ -377,8 +370,7 @@ class RequirementStatus(StrEnum):
     OFF = "off"
 
 
-@dataclass(frozen=True, slots=True)
-class DecidedRequirement:
+class DecidedRequirement(Struct, frozen=True):
     """The decision about one built-in requirement.
 
     Attributes:
@@ -398,8 +390,7 @@ class DecidedRequirement:
     option: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class RequirementDecisions:
+class RequirementDecisions(Struct, frozen=True):
     """The decisions about all built-in requirements of a model.
 
     Attributes:

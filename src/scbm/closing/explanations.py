@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases import ConditionKind
 from scbm.cases.coverage import Obligations, visited_by
@@ -36,8 +37,7 @@ _MAX_STATES = 100_000
 """Maximum number of combinations of random values that are enumerated to count the initial states."""
 
 
-@dataclass(frozen=True, slots=True)
-class Visit:
+class Visit(Struct, frozen=True):
     """The first visit of a run to an obligation.
 
     Attributes:
@@ -57,8 +57,7 @@ class Visit:
     outside: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class SearchedRuns:
+class SearchedRuns(Struct, frozen=True):
     """The exploration behind a proof about all runs.
 
     Attributes:
@@ -72,8 +71,7 @@ class SearchedRuns:
     situations: int
 
 
-@dataclass(frozen=True, slots=True)
-class Explanation:
+class Explanation(Struct, frozen=True):
     """Why one obligation was decided as it was.
 
     Attributes:

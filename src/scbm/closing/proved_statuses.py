@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
 from scbm.cases.coverage.assumptions import assumptions
@@ -20,8 +22,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
 
 
-@dataclass(frozen=True, slots=True)
-class StatusEvidence:
+class StatusEvidence(Struct, frozen=True):
     """The certificates and waivers that decide statuses beside the visits of cases.
 
     Attributes:

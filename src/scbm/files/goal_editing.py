@@ -6,9 +6,9 @@ The result is read again and compared with the expected model, so that an edit n
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
+from msgspec.structs import replace
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from ruamel.yaml.events import NodeEvent, ScalarEvent

@@ -5,8 +5,9 @@ The result is read again and compared with the expected case, so that an edit ne
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.files.codec.case_files import read_case, write_recorded
 from scbm.files.yaml.source_text import SourceText

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from msgspec import Struct
+
+from scbm.model.partly_compared import PartlyCompared
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.variables import State, StateSpace, Variable, resource_variables, runner_variables
 
@@ -27,8 +29,7 @@ class RateKind(StrEnum):
     """The clock starts when the guard becomes true, and stops when it becomes false."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rate:
+class Rate(PartlyCompared, frozen=True):
     """How often an environment transition fires in a simulation.
 
     Attributes:
@@ -39,11 +40,11 @@ class Rate:
 
     kind: RateKind
     time: Latency
-    place: Place | None = field(default=None, compare=False)
+    place: Place | None = None
+    uncompared = ("place",)
 
 
-@dataclass(frozen=True, slots=True)
-class EnvironmentTransition:
+class EnvironmentTransition(Struct, frozen=True):
     """A change that something outside the model and its resources makes, such as a person who presses a button.
 
     Attributes:
@@ -62,8 +63,7 @@ class EnvironmentTransition:
         return f"{self.name}: {self.guard} / [{', '.join(map(str, self.actions))}]"
 
 
-@dataclass(frozen=True, slots=True)
-class PlannerChoice:
+class PlannerChoice(Struct, frozen=True):
     """The planner that the runs of a model use, and the limits of its searches; `None` for the default.
 
     Attributes:
@@ -77,8 +77,7 @@ class PlannerChoice:
     max_expanded: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class PlannerIdentity:
+class PlannerIdentity(Struct, frozen=True):
     """The planner that made the plans of a run: its name and version, and the limits of its searches.
 
     Attributes:
@@ -129,8 +128,7 @@ FIRST_PLANNER = PlannerIdentity("canonical", "1")
 """The planner of recorded runs that name none; claims about canonical plans are checked for it alone."""
 
 
-@dataclass(frozen=True, slots=True)
-class Waiver:
+class Waiver(PartlyCompared, frozen=True):
     """The decision of a person that an obligation need not be covered (semantics 8.5).
 
     Dates are texts in the form of ISO 8601, such as `2026-11-23`, so that they sort by time.
@@ -150,8 +148,9 @@ class Waiver:
     author: str
     date: str
     expires: str | None = None
-    place: Place | None = field(default=None, compare=False)
-    lifted: str = field(default="", compare=False)
+    place: Place | None = None
+    lifted: str = ""
+    uncompared = ("place", "lifted")
 
     def is_expired(self, today: str) -> bool:
         """Return whether the waiver does not count any more on the date `today`."""
@@ -189,8 +188,7 @@ class PlanSet(StrEnum):
     """Any sequence of operations that leads, by the planner's rules, from the state planned in to the goal."""
 
 
-@dataclass(frozen=True, slots=True)
-class RunsDeclaration:
+class RunsDeclaration(Struct, frozen=True):
     """The runs of a model.
 
     Attributes:
@@ -207,8 +205,7 @@ class RunsDeclaration:
         return PlanSet.ANY if self.plans is RunPlans.DRAWN else PlanSet.CANONICAL
 
 
-@dataclass(frozen=True, slots=True)
-class LiftedOrigin:
+class LiftedOrigin(PartlyCompared, frozen=True):
     """The lifted entry of a model file that a ground part of the model was expanded from.
 
     Attributes:
@@ -222,7 +219,8 @@ class LiftedOrigin:
     section: str
     name: str
     lifted: str
-    written: str = field(default="", compare=False)
+    written: str = ""
+    uncompared = ("written",)
 
     @property
     def parameters(self) -> dict[str, str]:
@@ -233,8 +231,7 @@ class LiftedOrigin:
         return {each: name for each, name in zip(objects, names, strict=False) if objects.count(each) == 1}
 
 
-@dataclass(frozen=True, slots=True)
-class ObjectLists:
+class ObjectLists(Struct, frozen=True):
     """The objects and the tables of a model file with types, and the digest of what else it says (semantics 8.7).
 
     Attributes:
@@ -256,8 +253,7 @@ class ObjectLists:
         return self.lifted == other.lifted and (self.types, self.tables) != (other.types, other.tables)
 
 
-@dataclass(frozen=True)
-class BehaviorModel:
+class BehaviorModel(PartlyCompared, frozen=True, dict=True):
     """The content of a model file. All orders are those of the file, and they matter.
 
     Attributes:
@@ -296,8 +292,9 @@ class BehaviorModel:
     goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
     runs: RunsDeclaration = RunsDeclaration()
     requirements_off: tuple[tuple[str, str], ...] = ()
-    origins: tuple[LiftedOrigin, ...] = field(default=(), compare=False)
-    objects: ObjectLists | None = field(default=None, compare=False)
+    origins: tuple[LiftedOrigin, ...] = ()
+    objects: ObjectLists | None = None
+    uncompared = ("origins", "objects")
 
     @cached_property
     def space(self) -> StateSpace:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from math import isnan
 from sys import float_info
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model.values import ValueKind
 
@@ -106,8 +107,7 @@ _DATA = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceType:
+class ServiceType(Struct, frozen=True):
     """A service type with scalar fields.
 
     Attributes:
@@ -128,8 +128,7 @@ SET_BOOL = ServiceType("std_srvs/srv/SetBool", (("data", FieldType.BOOL),), _RES
 """The service type whose request carries a boolean."""
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
+class Interval(Struct, frozen=True):
     """The numbers from `low` (inclusive) to `high` (exclusive), in units of a message; `None` is an open end."""
 
     low: int | float | None
@@ -154,8 +153,7 @@ class Interval:
         return f"{'' if self.low is None else self.low}..{'' if self.high is None else self.high}"
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
+class Reading(Struct, frozen=True):
     """How data is converted into a value of a variable.
 
     Attributes:
@@ -169,8 +167,7 @@ class Reading:
     texts: tuple[tuple[str, Value], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class MeasuredTopic:
+class MeasuredTopic(Struct, frozen=True):
     """A topic with values of one variable.
 
     Attributes:
@@ -186,10 +183,8 @@ class MeasuredTopic:
     is_best_effort: bool = False
 
 
-class RequestBinding:
-    """The destination of the requests of a resource. Its subclasses are the kinds of bindings: frozen dataclasses."""
-
-    __slots__ = ()
+class RequestBinding(Struct, frozen=True):
+    """The destination of the requests of a resource. Its subclasses are the kinds of bindings."""
 
     @property
     def services(self) -> tuple[ServiceCall, ...]:
@@ -202,8 +197,7 @@ class RequestBinding:
         return ()
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceCall(RequestBinding):
+class ServiceCall(RequestBinding, frozen=True):
     """A service, and how a request is converted into a call of it.
 
     Attributes:
@@ -227,8 +221,7 @@ class ServiceCall(RequestBinding):
         return (self,)
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceChoice(RequestBinding):
+class ServiceChoice(RequestBinding, frozen=True):
     """One service for each value of a variable that the request carries. A value without a service cannot be sent."""
 
     variable: str
@@ -240,8 +233,7 @@ class ServiceChoice(RequestBinding):
         return tuple(call for _, call in self.calls)
 
 
-@dataclass(frozen=True, slots=True)
-class TopicPair(RequestBinding):
+class TopicPair(RequestBinding, frozen=True):
     """A topic of requests and a topic of replies, with the protocol of drivers."""
 
     request: str
@@ -253,8 +245,7 @@ class TopicPair(RequestBinding):
         return (self.request, self.reply)
 
 
-@dataclass(frozen=True, slots=True)
-class Binding:
+class Binding(Struct, frozen=True):
     """How a real resource is reached.
 
     Attributes:

@@ -9,6 +9,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from msgspec import Struct
+from msgspec.structs import force_setattr
+
 from scbm.model.slugs import Slug
 from scbm.model.visible_text import printable
 
@@ -57,8 +60,7 @@ class Place:
         return f"{self.file}:{self.line}:{self.column}" if self.column else f"{self.file}:{self.line}"
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Struct, frozen=True):
     """One error or warning.
 
     Attributes:
@@ -79,8 +81,8 @@ class Diagnostic:
 
     def __post_init__(self) -> None:
         """Make both texts printable: they quote files, options and peers."""
-        object.__setattr__(self, "message", printable(self.message))
-        object.__setattr__(self, "remedy", None if self.remedy is None else printable(self.remedy))
+        force_setattr(self, "message", printable(self.message))
+        force_setattr(self, "remedy", None if self.remedy is None else printable(self.remedy))
 
     def __str__(self) -> str:
         """Return `file:line:column: error[slug]: message`, the line with a caret, and the remedy."""

@@ -11,10 +11,11 @@ are all made from it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 from math import prod
 from typing import TYPE_CHECKING, TypeAlias, assert_never
+
+from msgspec import Struct
 
 from scbm.model.predicates import (
     And,
@@ -39,8 +40,7 @@ if TYPE_CHECKING:
     from scbm.model.variables import StateSpace, Variable
 
 
-@dataclass(frozen=True, slots=True)
-class OneOf:
+class OneOf(Struct, frozen=True):
     """The literal that one variable has one of some values.
 
     Attributes:
@@ -59,8 +59,7 @@ class OneOf:
         return (1 << self.count) - 1
 
 
-@dataclass(frozen=True, slots=True)
-class Pair:
+class Pair(Struct, frozen=True):
     """The literal that compares two different variables. It holds no table of pairs: the domains may be large.
 
     Attributes:
@@ -91,15 +90,13 @@ class Pair:
         return bits_of(index for index, right in enumerate(self.right_values) if self.holds(value, right))
 
 
-@dataclass(frozen=True, slots=True)
-class AllOf:
+class AllOf(Struct, frozen=True):
     """A conjunction."""
 
     parts: tuple[NormalForm, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class AnyOf:
+class AnyOf(Struct, frozen=True):
     """A disjunction."""
 
     parts: tuple[NormalForm, ...]

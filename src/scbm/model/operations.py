@@ -5,9 +5,10 @@ The actions of one transition happen at once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model.predicates import TRUE, Predicate, Term, conjunction
 
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
     from scbm.model.variables import State
 
 
-@dataclass(frozen=True, slots=True)
-class Assign:
+class Assign(Struct, frozen=True):
     """`target <- source`."""
 
     target: str
@@ -37,8 +37,7 @@ class Assign:
         return f"{self.target} <- {self.source}"
 
 
-@dataclass(frozen=True, slots=True)
-class Add:
+class Add(Struct, frozen=True):
     """`target += amount`; a negative amount is written `target -= …`. For integer ranges only; never 0."""
 
     target: str
@@ -85,8 +84,7 @@ def count_sum_cases(actions: Iterable[Action], sizes: Mapping[str, int]) -> int:
     return prod(sizes[name] for name in fixed)
 
 
-@dataclass(frozen=True, slots=True)
-class Operation:
+class Operation(Struct, frozen=True):
     """An operation: a task that takes time, with a pre- and a postcondition.
 
     Attributes:
@@ -111,8 +109,7 @@ class Operation:
         return f"{self.name}: {self.pre} => {self.post}"
 
 
-@dataclass(frozen=True, slots=True)
-class Transition:
+class Transition(Struct, frozen=True):
     """A running transition: a guard and actions for planner and runner, and additional ones for the runner.
 
     Attributes:

@@ -7,9 +7,10 @@ predicate or the actions give on the named state (checked by property tests).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import reduce
 from typing import TYPE_CHECKING, TypeAlias, assert_never, cast
+
+from msgspec import Struct
 
 from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, normal_form
 from scbm.model.operations import Action, Add, Assign
@@ -28,8 +29,7 @@ if TYPE_CHECKING:
     PlacedUpdate: TypeAlias = tuple[int, Update]
 
 
-@dataclass(frozen=True, slots=True)
-class BitRange:
+class BitRange(Struct, frozen=True):
     """A range of bits of an integer.
 
     Attributes:
@@ -45,8 +45,7 @@ class BitRange:
         return (packed & self.mask) >> self.shift
 
 
-@dataclass(frozen=True, slots=True)
-class Field(BitRange):
+class Field(BitRange, frozen=True):
     """The range of bits that has the index of a variable's value in its domain.
 
     Attributes:
@@ -204,8 +203,7 @@ class Packing:
                 assert_never(term)
 
 
-@dataclass(frozen=True, slots=True)
-class ValueTable:
+class ValueTable(Struct, frozen=True):
     """A variable that is set, as a function of one variable before the assignment.
 
     Attributes:

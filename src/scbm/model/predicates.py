@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
+from msgspec import Struct
+
 from scbm.model.values import Value, format_value, kind_of
 
 if TYPE_CHECKING:
@@ -28,8 +30,7 @@ if TYPE_CHECKING:
 # terms
 
 
-@dataclass(frozen=True, slots=True)
-class Reference:
+class Reference(Struct, frozen=True):
     """A term that reads a variable."""
 
     name: str
@@ -75,8 +76,7 @@ class Constant:
         return format_value(self.constant)
 
 
-@dataclass(frozen=True, slots=True)
-class Sum:
+class Sum(Struct, frozen=True):
     """`a + b - c`: integers that are added and subtracted.
 
     Attributes:
@@ -113,8 +113,7 @@ class ExtremeKind(StrEnum):
     GREATEST = "max"
 
 
-@dataclass(frozen=True, slots=True)
-class Extreme:
+class Extreme(Struct, frozen=True):
     """`min(a, b, …)` or `max(a, b, …)`: the least or the greatest of two terms or more."""
 
     kind: ExtremeKind
@@ -195,8 +194,7 @@ Atom: TypeAlias = Reference | Extreme
 """A term that is not a sum and not a constant."""
 
 
-@dataclass(frozen=True, slots=True)
-class LinearForm:
+class LinearForm(Struct, frozen=True):
     """A sum without brackets: each atom once, with how often it is added, and what is added besides.
 
     Attributes:
@@ -241,8 +239,7 @@ class LinearForm:
 # predicates
 
 
-@dataclass(frozen=True, slots=True)
-class Truth:
+class Truth(Struct, frozen=True):
     """`true` or `false`."""
 
     truth: bool
@@ -259,8 +256,7 @@ class Truth:
         return format_value(self.truth)
 
 
-@dataclass(frozen=True, slots=True)
-class Equal:
+class Equal(Struct, frozen=True):
     """`left == right`."""
 
     left: Term
@@ -283,8 +279,7 @@ class Equal:
         return f"{self.left} == {self.right}"
 
 
-@dataclass(frozen=True, slots=True)
-class NotEqual:
+class NotEqual(Struct, frozen=True):
     """`left != right`, short for `!(left == right)`."""
 
     left: Term
@@ -336,8 +331,7 @@ _RELATIONS: dict[Relation, Callable[[Value, Value], bool]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
+class Order(Struct, frozen=True):
     """`left < right`, `<=`, `>` or `>=`: short for the disjunction of the pairs of integers that satisfy it."""
 
     left: Term
@@ -361,8 +355,7 @@ class Order:
         return f"{self.left} {self.relation} {self.right}"
 
 
-@dataclass(frozen=True, slots=True)
-class Member:
+class Member(Struct, frozen=True):
     """`variable in {a, b}`, short for `variable == a || variable == b`."""
 
     variable: Reference
@@ -381,8 +374,7 @@ class Member:
         return f"{self.variable} in {{{', '.join(map(str, self.members))}}}"
 
 
-@dataclass(frozen=True, slots=True)
-class Not:
+class Not(Struct, frozen=True):
     """`!operand`."""
 
     operand: Predicate
@@ -401,8 +393,7 @@ class Not:
         return f"!({self.operand})"
 
 
-@dataclass(frozen=True, slots=True)
-class And:
+class And(Struct, frozen=True):
     """`a && b && …`; two operands or more."""
 
     operands: tuple[Predicate, ...]
@@ -419,8 +410,7 @@ class And:
         return " && ".join(_bracket(operand, (And, Or, Implies)) for operand in self.operands)
 
 
-@dataclass(frozen=True, slots=True)
-class Or:
+class Or(Struct, frozen=True):
     """`a || b || …`; two operands or more."""
 
     operands: tuple[Predicate, ...]
@@ -437,8 +427,7 @@ class Or:
         return " || ".join(_bracket(operand, (Or, Implies)) for operand in self.operands)
 
 
-@dataclass(frozen=True, slots=True)
-class Implies:
+class Implies(Struct, frozen=True):
     """`condition -> consequence`, short for `!condition || consequence`."""
 
     condition: Predicate

@@ -7,12 +7,13 @@ it. The grammar, the printed sentence, the JSON Schema and the tables of the doc
 from __future__ import annotations
 
 import re
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
+from abc import ABCMeta, abstractmethod
 from enum import Enum, StrEnum
 from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, assert_never, cast
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, assert_never, cast
+
+from msgspec import Struct, StructMeta
 
 from scbm.model.durations import format_duration, format_moment
 from scbm.model.predicates import Not, Predicate, conjunction
@@ -68,10 +69,14 @@ class ObservedRun(Protocol):
         ...
 
 
-class RequirementForm(ABC):
-    """A sentence that a requirement says. Its subclasses are the forms: frozen dataclasses.
+class _AbstractStruct(StructMeta, ABCMeta):
+    """The class of structs with abstract methods."""
 
-    The fields of the dataclass have the values of the letters of the pattern, in the same order: predicates, durations
+
+class RequirementForm(Struct, frozen=True, metaclass=_AbstractStruct):
+    """A sentence that a requirement says. Its subclasses are the forms.
+
+    The fields of a form have the values of the letters of the pattern, in the same order: predicates, durations
     in nanoseconds, numbers. Those of an optional part are `None` if the sentence is written without it.
 
     Attributes:
@@ -80,7 +85,6 @@ class RequirementForm(ABC):
         violated: when a run violates the form, for the documentation: a text for each way to write the pattern.
     """
 
-    __slots__ = ()
     pattern: ClassVar[str]
     violated: ClassVar[tuple[str, ...]]
 
@@ -109,11 +113,10 @@ class RequirementForm(ABC):
         return written(self.pattern, self._values())
 
     def _values(self) -> tuple[object, ...]:
-        return tuple(getattr(self, field.name) for field in fields(cast("Any", self)))
+        return tuple(getattr(self, name) for name in self.__struct_fields__)
 
 
-@dataclass(frozen=True, slots=True)
-class Always(RequirementForm):
+class Always(RequirementForm, frozen=True):
     """`always p`: p holds in every state."""
 
     pattern = "always p"
@@ -133,8 +136,7 @@ class Always(RequirementForm):
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class Never(RequirementForm):
+class Never(RequirementForm, frozen=True):
     """`never p`: p holds in no state."""
 
     pattern = "never p"
@@ -154,8 +156,7 @@ class Never(RequirementForm):
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class LeadsTo(RequirementForm):
+class LeadsTo(RequirementForm, frozen=True):
     """`p leads to q [within d]`: whenever p holds, q holds then or later.
 
     With `within d`, q holds at most d later. Without it, q holds before the run ends. A run that ends before d has
@@ -201,8 +202,7 @@ class LeadsTo(RequirementForm):
         return SentenceViolation(due.at_ns + self.within_ns, reason, due.record)
 
 
-@dataclass(frozen=True, slots=True)
-class Before(RequirementForm):
+class Before(RequirementForm, frozen=True):
     """`p before q`: q does not hold until p has held, in the same state or earlier."""
 
     pattern = "p before q"
@@ -225,8 +225,7 @@ class Before(RequirementForm):
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class AfterAlways(RequirementForm):
+class AfterAlways(RequirementForm, frozen=True):
     """`after p always q until r`: from each state with p on, q holds until a state with r."""
 
     pattern = "after p always q until r"
@@ -263,8 +262,7 @@ FORMS: dict[str, type[RequirementForm]] = {
 """The forms of requirements by name: lower case, with `_`. The documentation lists them in this order."""
 
 
-@dataclass(frozen=True, slots=True)
-class Requirement:
+class Requirement(Struct, frozen=True):
     """A sentence with a name."""
 
     name: str
@@ -315,8 +313,7 @@ PLACEHOLDERS: dict[str, PlaceholderKind] = {
 _PART = re.compile(r"\[(?P<optional>[^][]+)\]|(?P<required>[^][]+)")
 
 
-@dataclass(frozen=True, slots=True)
-class PatternPart:
+class PatternPart(Struct, frozen=True):
     """Words of a pattern that are either all required or all in the same brackets, and so optional together."""
 
     words: tuple[str, ...]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
+from functools import cached_property
 from itertools import accumulate
 from typing import TYPE_CHECKING, TypeVar
 
+from msgspec import Struct, field
+
+from scbm.model.partly_compared import PartlyCompared
 from scbm.model.variables import request_state_name, trigger_name
 
 if TYPE_CHECKING:
@@ -37,8 +40,7 @@ class LatencyShape(StrEnum):
     EXPONENTIAL = "exponential"
 
 
-@dataclass(frozen=True, slots=True)
-class Latency:
+class Latency(Struct, frozen=True):
     """The time from a request to its reply.
 
     Attributes:
@@ -55,26 +57,24 @@ class Latency:
         return None if self.shape is LatencyShape.EXPONENTIAL else self.points_ns[-1]
 
 
-@dataclass(frozen=True, slots=True)
-class DrawnVariable:
+class DrawnVariable(Struct, frozen=True, dict=True):
     """A variable that simulated replies measure, and the values that they draw from.
 
     Attributes:
         name: the variable.
         values: its values, as they are listed.
         weights: how likely each value is, compared with the others; empty if all are equally likely.
-        cumulative: with weights, the values that are possible, each with the sum of the probabilities up to it.
     """
 
     name: str
     values: tuple[Value, ...]
     weights: tuple[Fraction, ...] = ()
-    cumulative: tuple[tuple[Value, float], ...] = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def cumulative(self) -> tuple[tuple[Value, float], ...]:
+        """With weights, the values that are possible, each with the sum of the probabilities up to it."""
         shares = [weight / sum(self.weights) for weight in self.weights]
-        pairs = [*zip(self.values, shares, strict=True)] if shares else []
-        object.__setattr__(self, "cumulative", _cumulative(pairs))
+        return _cumulative([*zip(self.values, shares, strict=True)] if shares else [])
 
     @property
     def possible(self) -> tuple[Value, ...]:
@@ -82,8 +82,7 @@ class DrawnVariable:
         return tuple(value for value, _ in self.cumulative) if self.weights else self.values
 
 
-@dataclass(frozen=True, slots=True)
-class Simulation:
+class Simulation(Struct, frozen=True, dict=True):
     """The behavior of a simulated resource.
 
     Attributes:
@@ -91,17 +90,17 @@ class Simulation:
         outcomes: the probability of each outcome; they add up to 1.
         measured: the variables that a successful reply measures.
         failed: the variables that a failed reply measures.
-        cumulative: the outcomes that are possible, each with the sum of the probabilities up to it.
     """
 
     latency: Latency = Latency(LatencyShape.FIXED, (0,))
     outcomes: tuple[tuple[Outcome, Fraction], ...] = ((Outcome.SUCCEED, Fraction(1)),)
     measured: tuple[DrawnVariable, ...] = ()
     failed: tuple[DrawnVariable, ...] = ()
-    cumulative: tuple[tuple[Outcome, float], ...] = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "cumulative", _cumulative(self.outcomes))
+    @cached_property
+    def cumulative(self) -> tuple[tuple[Outcome, float], ...]:
+        """The outcomes that are possible, each with the sum of the probabilities up to it."""
+        return _cumulative(self.outcomes)
 
 
 def _cumulative(shares: Sequence[tuple[_T, Fraction]]) -> tuple[tuple[_T, float], ...]:
@@ -110,8 +109,7 @@ def _cumulative(shares: Sequence[tuple[_T, Fraction]]) -> tuple[tuple[_T, float]
     return tuple((one, share) for (one, probability), share in zip(shares, reached, strict=True) if probability)
 
 
-@dataclass(frozen=True, slots=True)
-class Resource:
+class Resource(PartlyCompared, frozen=True):
     """A resource that the model sends requests to.
 
     Attributes:
@@ -134,7 +132,8 @@ class Resource:
     publishes: tuple[str, ...] = ()
     values: tuple[tuple[str, tuple[Value, ...]], ...] = ()
     shared: bool = False
-    lifted: str | None = field(default=None, compare=False)
+    lifted: str | None = None
+    uncompared = ("lifted",)
 
     def sends(self, variable: Variable) -> tuple[Value, ...]:
         """Return the values that the resource can send for a variable: those listed, or all; in the domain's order."""

@@ -9,11 +9,12 @@ So the states in which runs begin are here, too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model.predicates import Constant
 from scbm.model.variables import State, VariableSource
@@ -27,8 +28,7 @@ if TYPE_CHECKING:
     from scbm.model.values import Value
 
 
-@dataclass(frozen=True, slots=True)
-class FreeGroup:
+class FreeGroup(Struct, frozen=True):
     """Variables that something outside the model changes freely, all or some of them at one moment.
 
     Attributes:

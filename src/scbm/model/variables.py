@@ -6,10 +6,11 @@ A state has one value for every variable (paper, Section II). It is immutable an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from enum import Enum, StrEnum
 from functools import lru_cache
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
 
 from scbm.model.values import Domain, Value, format_value
 
@@ -87,8 +88,7 @@ class VariableSource(StrEnum):
     """Nothing changes it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Struct, frozen=True):
     """One variable.
 
     Attributes:

@@ -5,8 +5,9 @@ A run is followed by its trace. Sets of cases are integers: bit i stands for cas
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from scbm.cases.trace import (
     AutomaticTaken,
@@ -38,8 +39,7 @@ TIMED = tuple(before for before, _ in _EXPIRES)
 """The states of an operation that can have a deadline."""
 
 
-@dataclass(frozen=True, slots=True)
-class EvaluatedPlan:
+class EvaluatedPlan(Struct, frozen=True):
     """A question of a run for a plan, with its answer.
 
     Attributes:
@@ -55,8 +55,7 @@ class EvaluatedPlan:
     plan: tuple[str, ...]
 
 
-@dataclass(slots=True)
-class Evaluations:
+class Evaluations(Struct):
     """The evaluations in the runs of some cases.
 
     Attributes:

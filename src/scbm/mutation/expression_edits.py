@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, TypeVar, assert_never
+
+from msgspec.structs import replace
 
 from scbm.model import (
     And,

@@ -8,6 +8,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from msgspec import structs
+
 from scbm.cli.options.option_errors import option_error
 from scbm.files import load_model, real_path
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -88,7 +90,7 @@ def _model_at(revision: str, path: Path) -> BehaviorModel:
 def _at(revision: str, folder: Path, found: Diagnostic) -> Diagnostic:
     """Return an error in a file of a folder as one in a revision."""
     place = replace(found.place, file=found.place.file.replace(f"{folder}/", f"{revision}:"))
-    return replace(found, message=found.message.replace(f"{folder}/", f"{revision}:"), place=place)
+    return structs.replace(found, message=found.message.replace(f"{folder}/", f"{revision}:"), place=place)
 
 
 def _write_files(path: Path, commit: str, folder: Path) -> None:

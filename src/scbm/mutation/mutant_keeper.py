@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from contextlib import contextmanager
-from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import asdict, replace
 
 from scbm.cases.coverage import MutantStatus
 from scbm.cli.campaigns.store_keeper import recipe_of

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Figure, MutantStatus
 from scbm.files import read_case, write_case
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
     from scbm.mutation.mutants import Mutant
 
 
-@dataclass(frozen=True, slots=True)
-class MutantResult:
+class MutantResult(Struct, frozen=True):
     """The result of one mutant.
 
     Attributes:
@@ -71,8 +71,7 @@ class MutantResult:
         )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class MutantCounts:
+class MutantCounts(Struct, frozen=True):
     """The number of mutants with each status."""
 
     by_status: Mapping[MutantStatus, int]

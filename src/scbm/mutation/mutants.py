@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,8 +65,7 @@ WHOLE_ENTRIES = (MutatedPart.OPERATIONS, MutatedPart.AUTOMATIC_TRANSITIONS, Muta
 """The parts that are whole entries: the name of the entry says enough."""
 
 
-@dataclass(frozen=True, slots=True)
-class Mutant:
+class Mutant(Struct, frozen=True):
     """A model that differs from the original model in one small way.
 
     Attributes:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, closing, nullcontext
-from dataclasses import dataclass, replace
 from os.path import lexists
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import MutantStatus
 from scbm.cli.exit_codes import INTERRUPTED
@@ -43,8 +45,7 @@ if TYPE_CHECKING:
 _MUTANTS = "mutants"
 
 
-@dataclass(frozen=True, slots=True)
-class MutationOptions:
+class MutationOptions(Struct, frozen=True):
     """How mutants run, beside the suite and the mutants themselves.
 
     Attributes:
@@ -58,8 +59,7 @@ class MutationOptions:
     store: Path | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class MutationOutput:
+class MutationOutput(Struct, frozen=True):
     """The options for the output.
 
     Attributes:

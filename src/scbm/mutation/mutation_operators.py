@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from msgspec import Struct
 
 from scbm.mutation import mutation_sites as sites
 from scbm.mutation import site_edits as edits
@@ -20,8 +21,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
-class MutationOperator(Generic[T]):
+class MutationOperator(Struct, Generic[T], frozen=True):
     """A mutation operator.
 
     Attributes:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
+
+from msgspec import Struct, structs
 
 from scbm.cases.coverage import Obligations
 from scbm.model import format_duration, format_value
@@ -15,8 +16,6 @@ from scbm.mutation.named_operations import operations_named_elsewhere
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-
-    from _typeshed import DataclassInstance
 
     from scbm.model import Action, BehaviorModel, EnvironmentTransition, Operation, Predicate, Transition, Value
     from scbm.model.variables import Variable
@@ -51,8 +50,7 @@ class Edit(NamedTuple, Generic[T]):
     words: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Site(Generic[T]):
+class Site(Struct, Generic[T], frozen=True):
     """A value in a model that a mutation operator changes.
 
     Attributes:
@@ -127,7 +125,7 @@ class _TransitionSites(NamedTuple):
 
         def put(values: tuple[T, T]) -> BehaviorModel:
             changed: dict[str, Any] = {source.path[-1]: values[0], target.path[-1]: values[1]}
-            return self.put(replace(self.transition, **changed))
+            return self.put(structs.replace(self.transition, **changed))
 
         def line(values: tuple[T, T]) -> str:
             return f"{source.line(values[0])}; {target.line(values[1])}"
@@ -158,10 +156,10 @@ def _body(transition: Transition) -> str:
     return " / ".join(map(_written, (transition.g, transition.gr, transition.a, transition.ar)))
 
 
-def _changed(put: _Put, entry: DataclassInstance, key: str, value: object) -> BehaviorModel:
+def _changed(put: _Put, entry: Struct, key: str, value: object) -> BehaviorModel:
     """Return the model with another value of one field of an entry, which `put` puts there."""
     fields: dict[str, Any] = {key: value}
-    return put(replace(entry, **fields))
+    return put(structs.replace(entry, **fields))
 
 
 def _entries(model: BehaviorModel, section: str) -> Iterator[tuple[Any, _Put]]:
@@ -173,7 +171,7 @@ def _entries(model: BehaviorModel, section: str) -> Iterator[tuple[Any, _Put]]:
 
 def _with_entries(model: BehaviorModel, section: str, listed: tuple[T, ...], index: int, *others: T) -> BehaviorModel:
     sections: dict[str, Any] = {section: replaced(listed, index, *others)}
-    return replace(model, **sections)
+    return structs.replace(model, **sections)
 
 
 def _transitions(model: BehaviorModel) -> Iterator[_TransitionSites]:
@@ -256,7 +254,7 @@ def deadlines(model: BehaviorModel) -> Iterator[Site[int | None]]:
 
 def _with_deadline(put: _Put, operation: Operation, part: MutatedPart, value: int | None) -> BehaviorModel:
     if value is None and part is MutatedPart.DEADLINE:
-        operation = replace(operation, timedout=())
+        operation = structs.replace(operation, timedout=())
     return _changed(put, operation, f"{part}_ns", value)
 
 
@@ -264,7 +262,7 @@ def droppable_deadlines(model: BehaviorModel) -> Iterator[Site[int | None]]:
     """Yield the same deadlines; the `timedout` actions of an operation go with its `deadline`."""
     for site in deadlines(model):
         goes = site.parts == (MutatedPart.DEADLINE,) and model.operation(site.subject).timedout
-        yield replace(site, parts=(*site.parts, MutatedPart.TIMEDOUT)) if goes else site
+        yield structs.replace(site, parts=(*site.parts, MutatedPart.TIMEDOUT)) if goes else site
 
 
 def initial_values(model: BehaviorModel) -> Iterator[Site[Value]]:
@@ -276,14 +274,14 @@ def initial_values(model: BehaviorModel) -> Iterator[Site[Value]]:
 
 def _with_initial(put: _Put, variable: Variable, value: Value) -> BehaviorModel:
     random = (value,) if variable.random == (variable.initial,) else variable.random
-    return put(replace(variable, initial=value, random=random))
+    return put(structs.replace(variable, initial=value, random=random))
 
 
 def requests(model: BehaviorModel) -> Iterator[Site[tuple[str, ...]]]:
     """Yield the variables that the requests to each resource carry; a mutant has no binding for the resource."""
     for resource, put in _entries(model, "resources"):
         path = ("resources", resource.name, "request")
-        unbound = replace(resource, binding=None)
+        unbound = structs.replace(resource, binding=None)
         yield _site(MutatedPart.REQUEST, path, resource.request, partial(_changed, put, unbound, "request"))
 
 
@@ -320,7 +318,7 @@ def _without_waivers(put: _Put, entry: object) -> BehaviorModel:
     if not model.waivers:
         return model
     known = [str(obligation) for obligation in Obligations.of(model)]
-    return replace(model, waivers=tuple(waiver for waiver in model.waivers if waiver.obligation in known))
+    return structs.replace(model, waivers=tuple(waiver for waiver in model.waivers if waiver.obligation in known))
 
 
 def neighbours(model: BehaviorModel, section: str) -> Iterator[Site[tuple[Any, Any]]]:

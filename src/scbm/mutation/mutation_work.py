@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pickle
 from contextlib import closing
-from dataclasses import dataclass
 from functools import cached_property
 from time import perf_counter
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.mutation.distinct_mutants import mutants_of
 from scbm.mutation.mutant_results import MutantResult
@@ -27,8 +28,7 @@ _CHUNK = 8
 """Number of mutants of one request to a worker: some tens of milliseconds."""
 
 
-@dataclass(frozen=True)
-class MutationWork:
+class MutationWork(Struct, frozen=True, dict=True):
     """A suite and some mutants of its model; it can be sent to other processes as it is.
 
     Attributes:

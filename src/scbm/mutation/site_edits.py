@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from msgspec.structs import replace
 
 from scbm.model import Add, Assign, Constant, Reference, Role, conjunction, format_duration, format_value
 from scbm.model.predicates import negated

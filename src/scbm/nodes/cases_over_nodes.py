@@ -5,8 +5,9 @@ It also finds runs that were too far behind their own time.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec.structs import replace
 
 from scbm.cases.trace import End, PlanningSpan, ends_of, spans_of
 from scbm.model import format_duration

@@ -6,9 +6,11 @@ one object would make an action set one variable twice, there is one case for di
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.pddl.constant_terms import folded
 from scbm.pddl.parameter_join import substituted
@@ -28,8 +30,7 @@ MAX_ACTION_CASES = 32
 ZERO = PddlFormula("number", number=0)
 
 
-@dataclass(frozen=True, slots=True)
-class VariableChange:
+class VariableChange(Struct, frozen=True):
     """The variable that a case sets, with its index.
 
     Attributes:
@@ -46,8 +47,7 @@ class VariableChange:
     rank: int
 
 
-@dataclass(frozen=True, slots=True)
-class ActionCase:
+class ActionCase(Struct, frozen=True):
     """One operation: its parameters, its condition, and what it changes."""
 
     parameters: tuple[tuple[str, str], ...]
@@ -130,8 +130,7 @@ def _instances(effect: PddlEffect, objects_of: Callable[[str], tuple[str, ...]])
 _Equality = tuple[PddlFormula, PddlFormula]
 
 
-@dataclass(frozen=True, slots=True)
-class _CaseRules:
+class _CaseRules(Struct, frozen=True):
     """The facts on which the cases of one action depend.
 
     Attributes:

@@ -14,9 +14,10 @@ The proof is incomplete, as the one of the paper: what cannot be proved is left 
 from __future__ import annotations
 
 from collections import Counter, deque
-from dataclasses import dataclass, field
 from itertools import combinations, permutations
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct, field
 
 from scbm.files.expansion.formulas import EqualityFormula, ObjectTerm, TableFormula
 from scbm.files.expansion.lifted_entries import has_choice
@@ -65,8 +66,7 @@ class RequiredAtom(NamedTuple):
     at_end: bool
 
 
-@dataclass(frozen=True)
-class AtomChange:
+class AtomChange(Struct, frozen=True):
     """One effect of an action on one fluent.
 
     Attributes:
@@ -88,8 +88,7 @@ class AtomChange:
     quantified: frozenset[str]
 
 
-@dataclass
-class ActionSummary:
+class ActionSummary(Struct):
     """The part of an action that the proof reads.
 
     Attributes:

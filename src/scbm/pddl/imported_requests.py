@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import ceil
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.files.spelling import suggestion
 from scbm.model import Diagnostic, Place, Slug
@@ -28,8 +30,7 @@ _DEADLINE = Fraction(10)
 """The deadline, in seconds, of a request whose action has no duration."""
 
 
-@dataclass(frozen=True, slots=True)
-class _SentParameter:
+class _SentParameter(Struct, frozen=True):
     """A variable that carries an argument of actions to a resource, with the types of its values."""
 
     variable: str

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.files.expansion.formulas import EqualityFormula, Formula, ObjectTerm, TableFormula
 from scbm.files.expansion.lifted_entries import has_choice
@@ -20,8 +22,7 @@ if TYPE_CHECKING:
 TermPair = tuple[PddlFormula, PddlFormula]
 
 
-@dataclass(frozen=True, slots=True)
-class Exclusion:
+class Exclusion(Struct, frozen=True):
     """Two facts that do not hold together where some terms are equal, unless other terms are equal, too.
 
     Attributes:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.model import Diagnostic, InputError, Place
 from scbm.pddl.action_cases import MAX_ACTION_CASES, TooManyCasesError, ValueClashError, VariableChange, cases_of
@@ -40,8 +42,7 @@ _WIDTH = 110
 """A guard that is longer has one conjunct in each line."""
 
 
-@dataclass(frozen=True, slots=True)
-class PddlImportOptions:
+class PddlImportOptions(Struct, frozen=True):
     """The options of an import: the choices of the user about a domain.
 
     Attributes:
@@ -57,8 +58,7 @@ class PddlImportOptions:
     arguments: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class ImportedModel:
+class ImportedModel(Struct, frozen=True):
     """A model for a problem of PDDL.
 
     Attributes:

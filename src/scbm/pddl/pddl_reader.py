@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
 
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.pddl.checks.declared_names import ANY_OBJECT

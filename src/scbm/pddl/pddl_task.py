@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
+
+from msgspec import Struct, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -34,8 +35,7 @@ FormulaKind: TypeAlias = Literal[
 ]
 
 
-@dataclass(frozen=True, slots=True)
-class PddlFormula:
+class PddlFormula(Struct, frozen=True):
     """A condition or a term.
 
     Attributes:
@@ -56,8 +56,7 @@ class PddlFormula:
 TRUE, FALSE = PddlFormula("and"), PddlFormula("or")
 
 
-@dataclass(frozen=True, slots=True)
-class PddlFluent:
+class PddlFluent(Struct, frozen=True):
     """A predicate or a numeric function: its name, and its parameters with their types."""
 
     name: str
@@ -73,8 +72,7 @@ class PddlFluent:
 EffectKind: TypeAlias = Literal["assign", "increase", "decrease"]
 
 
-@dataclass(frozen=True, slots=True)
-class PddlEffect:
+class PddlEffect(Struct, frozen=True):
     """An effect of an action: a fluent becomes a value, or more, or less by it.
 
     Attributes:
@@ -94,16 +92,14 @@ class PddlEffect:
     moment: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class PddlDuration:
+class PddlDuration(Struct, frozen=True):
     """The shortest and the longest duration of an action, as terms over its parameters, in seconds."""
 
     lowest: PddlFormula
     highest: PddlFormula
 
 
-@dataclass(frozen=True, slots=True)
-class PddlLiftedAction:
+class PddlLiftedAction(Struct, frozen=True):
     """An action with parameters, as the domain has it."""
 
     name: str
@@ -138,8 +134,7 @@ Each part has another fluent; the parts are in the order of the names.
 """
 
 
-@dataclass(frozen=True, slots=True)
-class PddlTask:
+class PddlTask(Struct, frozen=True):
     """A domain with one problem.
 
     Attributes:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, TypeVar
+
+from msgspec.structs import replace
 
 from scbm.files.spelling import suggestion
 from scbm.model import Diagnostic, Place, Severity, Slug

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.pddl.pddl_reader import conjuncts, inner_formulas
 from scbm.pddl.pddl_task import TRUE, PddlFluent, PddlFormula

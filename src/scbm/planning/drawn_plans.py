@@ -7,8 +7,9 @@ random numbers come from, the caller decides.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from msgspec.structs import replace
 
 from scbm.planning.plan_answers import PlanLimits, Solved, always
 

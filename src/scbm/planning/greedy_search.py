@@ -8,9 +8,10 @@ Each evaluated state also executes what it can of its relaxed plan, and the stat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.model.packing import compile_test, compile_update
 from scbm.planning.plan_answers import Limit, LimitReached, Solved, Unsolvable, raise_if_cancelled
@@ -111,8 +112,7 @@ class GreedySearch:
         return Unsolvable(run.evaluated)
 
 
-@dataclass(slots=True)
-class _Node:
+class _Node(Struct):
     """An evaluated state.
 
     Attributes:

@@ -7,10 +7,11 @@ values of the state: comparisons, counters and guards become conditions over val
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
 
 from scbm.model import format_value
 from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, all_of, allowed_values, indices_of, normal_form, one_of
@@ -32,8 +33,7 @@ _NEVER = "never"
 """A proposition that never holds, as the goal of a problem whose goal cannot hold."""
 
 
-@dataclass(frozen=True, slots=True)
-class PddlAction:
+class PddlAction(Struct, frozen=True):
     """One action: an operation, with the values that it depends on."""
 
     name: str

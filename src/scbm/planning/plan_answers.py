@@ -6,9 +6,10 @@ the planner.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, TypeAlias
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -27,8 +28,7 @@ class Limit(StrEnum):
     MEMORY = "memory"
 
 
-@dataclass(frozen=True, slots=True)
-class PlanLimits:
+class PlanLimits(Struct, frozen=True):
     """The limits of a search. With the first two alone, the same problem has the same answer on every machine.
 
     Attributes:
@@ -54,8 +54,7 @@ class PlanLimits:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Solved:
+class Solved(Struct, frozen=True):
     """A plan exists, and this is one; which one, the planner decides.
 
     Attributes:
@@ -68,8 +67,7 @@ class Solved:
     expanded: int
 
 
-@dataclass(frozen=True, slots=True)
-class Unsolvable:
+class Unsolvable(Struct, frozen=True):
     """No plan exists; this is proved.
 
     Attributes:
@@ -80,8 +78,7 @@ class Unsolvable:
     expanded: int
 
 
-@dataclass(frozen=True, slots=True)
-class LimitReached:
+class LimitReached(Struct, frozen=True):
     """Neither a plan nor a proof that there is none was found within the limits.
 
     Attributes:
@@ -94,8 +91,7 @@ class LimitReached:
     expanded: int
 
 
-@dataclass(frozen=True, slots=True)
-class NoPlanFound:
+class NoPlanFound(Struct, frozen=True):
     """An incomplete search ended without a plan. A plan may exist nevertheless, whatever the limits are.
 
     Attributes:
@@ -129,8 +125,7 @@ def raise_if_cancelled(should_continue: ShouldContinue) -> None:
         raise SearchCancelledError
 
 
-@dataclass(frozen=True, slots=True)
-class PlanFlaw:
+class PlanFlaw(Struct, frozen=True):
     """Why a plan is invalid.
 
     Attributes:

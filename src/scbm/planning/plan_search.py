@@ -9,8 +9,10 @@ that suits goes on. To add an engine: a class with the methods of `PlanSearch`, 
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.planning.plan_answers import (
@@ -50,8 +52,7 @@ _EXPLORED_AT_ONCE = 100
 """Number of states that an exploration expands before it counts again; each may have many successors."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reach:
+class Reach(Struct, frozen=True):
     """The planning states that were found reachable.
 
     Attributes:

@@ -8,8 +8,9 @@ So one request costs one search, and a thousand requests cost much less than a t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct, field
 
 from scbm.model import Diagnostic, InputError, Place, PlannerIdentity, Slug
 from scbm.planning.plan_answers import Answer, PlanLimits, PlanValidator, Solved, always
@@ -226,8 +227,7 @@ class PlanCache:
         return self._goals[key]
 
 
-@dataclass(slots=True)
-class _CachedPlans:
+class _CachedPlans(Struct):
     """The cached answers for one goal.
 
     Attributes:

@@ -5,8 +5,10 @@ To add one: a function from a planning problem and limits to an answer, and an e
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.model import PlannerIdentity, RunPlans
 from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable
@@ -59,8 +61,7 @@ def greedy(problem: PlanProblem, limits: PlanLimits) -> Answer:
     return replace(exact, expanded=exact.expanded + answer.expanded)
 
 
-@dataclass(frozen=True, slots=True)
-class PlannerEntry:
+class PlannerEntry(Struct, frozen=True):
     """A planner that `--planner` and `planner:` can name.
 
     Attributes:

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from msgspec import Struct
+
 from scbm.model import Assign, Constant, Packing
 from scbm.model.normal_form import AllOf, OneOf, indices_of, is_cube, normal_form
 from scbm.model.predicates import TRUE
@@ -257,8 +259,7 @@ def _step(move: Move, packing: Packing) -> Step:
     return step
 
 
-@dataclass(frozen=True, slots=True)
-class PlanProblem:
+class PlanProblem(Struct, frozen=True):
     """One planning problem: find operations that lead from `start` to a state in which `is_goal` holds.
 
     States are packed integers of `task`. `task.successors(state)` gives each enabled operation, by its index in

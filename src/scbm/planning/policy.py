@@ -7,8 +7,9 @@ is small enough. Requests are at rest in all of these states, as they mostly are
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.model import Role
 from scbm.planning.engines import DistancesOnDemand, Exceeded, ExplorationLimits, Region

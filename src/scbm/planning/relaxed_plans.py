@@ -7,8 +7,9 @@ unreachable by the rules, no plan exists. A plan of the relaxation need not be a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
 
 from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, allowed_values, indices_of
 
@@ -26,8 +27,7 @@ _FREE = -1
 """Stands for the move of a rule that is part of a guard and costs nothing."""
 
 
-@dataclass(frozen=True, slots=True)
-class RelaxedPlan:
+class RelaxedPlan(Struct, frozen=True):
     """A plan of the relaxation from one state.
 
     Attributes:
@@ -114,8 +114,7 @@ class RelaxedProblem:
         return RelaxedPlan(tuple(steps), tuple(preferred), tuple(dict.fromkeys(moves[rule] for rule in begins)))
 
 
-@dataclass(slots=True)
-class _ReachedFacts:
+class _ReachedFacts(Struct):
     """The facts that the rules have reached from one state.
 
     Attributes:

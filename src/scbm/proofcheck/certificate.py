@@ -7,9 +7,10 @@ two.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, Protocol, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model import GoalOrder, PlanSet
 
@@ -29,8 +30,7 @@ class ClaimedAspect(StrEnum):
     TAKEN = "taken"
 
 
-@dataclass(frozen=True, slots=True)
-class ClaimedObligation:
+class ClaimedObligation(Struct, frozen=True):
     """One aspect of an operation, or the taking of an automatic transition."""
 
     subject: str
@@ -55,16 +55,14 @@ class Fact(StrEnum):
     ALWAYS_ENABLED = "whatever the state, `g && gr` of its precondition holds and its actions fit"
 
 
-@dataclass(frozen=True, slots=True)
-class StructureArgument:
+class StructureArgument(Struct, frozen=True):
     """Facts of the model file, one for each claim, in the same order."""
 
     kind: ClassVar[str] = "structure"
     facts: tuple[Fact, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ValuesArgument:
+class ValuesArgument(Struct, frozen=True):
     """For each variable all values that it has in any run; other values are unreachable (delete relaxation).
 
     Attributes:
@@ -95,8 +93,7 @@ Queue: TypeAlias = "tuple[Value, ...] | None"
 """The operations of a plan that are left, or the state that the rest of the plan starts from; `None` without a plan."""
 
 
-@dataclass(frozen=True, slots=True)
-class Situation:
+class Situation(Struct, frozen=True):
     """A situation of a run between two events: the runner is settled, and the run has not ended.
 
     Attributes:
@@ -116,8 +113,7 @@ class Situation:
     awaits: Awaits = Awaits.NOTHING
 
 
-@dataclass(frozen=True, slots=True)
-class GoalRuns:
+class GoalRuns(Struct, frozen=True):
     """The situations of the runs for one goal.
 
     Attributes:
@@ -131,8 +127,7 @@ class GoalRuns:
     planned: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class RunsArgument:
+class RunsArgument(Struct, frozen=True):
     """All situations of all runs.
 
     Attributes:
@@ -159,8 +154,7 @@ class Argument(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class Certificate:
+class Certificate(Struct, frozen=True):
     """Claims with one argument for all of them.
 
     Attributes:
@@ -193,8 +187,7 @@ class Certificate:
         return self.plans is PlanSet.ANY
 
 
-@dataclass(frozen=True, slots=True)
-class CertificateFlaw:
+class CertificateFlaw(Struct, frozen=True):
     """One reason why a certificate proves nothing.
 
     Attributes:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from scbm.model import FIRST_PLANNER, GoalOrder, PlanSet, RunPlans
 from scbm.proofcheck.certificate import (
@@ -42,8 +43,7 @@ _AWAITS = {awaits.value: awaits for awaits in Awaits}
 _MIN_PARTS, _MAX_PARTS = 3, 4
 
 
-@dataclass(frozen=True, slots=True)
-class ArgumentFormat:
+class ArgumentFormat(Struct, frozen=True):
     """How certificates write an argument, and what checks it.
 
     Attributes:

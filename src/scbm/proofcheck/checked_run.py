@@ -5,8 +5,9 @@ It is a second implementation of `scbm.running`, on purpose. The events of a set
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias, assert_never
+
+from msgspec import Struct
 
 from scbm.model import OperationState, PlanState, RequestState, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
@@ -23,8 +24,7 @@ MAX_AUTOMATIC = 1_000
 """Maximum number of automatic transitions in a row, without another operation or a request for a plan (5.1)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Question:
+class Question(Struct, frozen=True):
     """A request for a plan that the planner has not answered yet.
 
     Attributes:
@@ -303,8 +303,7 @@ class CheckedRun:
         self.visited[str(ClaimedObligation(subject, aspect))] = None
 
 
-@dataclass(frozen=True, slots=True)
-class ReplyEvent:
+class ReplyEvent(Struct, frozen=True):
     """A resource replies to the request in flight, with a value for each variable that it measures."""
 
     resource: str
@@ -317,8 +316,7 @@ class ReplyEvent:
         return f"{outcome} with {measured}" if measured else outcome
 
 
-@dataclass(frozen=True, slots=True)
-class OutsideEvent:
+class OutsideEvent(Struct, frozen=True):
     """Something outside the model changes variables: the environment, or a resource that publishes (9.1)."""
 
     changes: tuple[tuple[str, Value], ...]
@@ -327,32 +325,28 @@ class OutsideEvent:
         return " and ".join(f"{name} becomes {format_value(value)}" for name, value in self.changes)
 
 
-@dataclass(frozen=True, slots=True)
-class GivingUp:
+class GivingUp(Struct, frozen=True):
     """The run ends as unsolvable: no plan exists, and nothing changes from outside any more (5.6)."""
 
     def __str__(self) -> str:
         return "the run ends as unsolvable"
 
 
-@dataclass(frozen=True, slots=True)
-class DeadlineEvent:
+class DeadlineEvent(Struct, frozen=True):
     """The timer of the current operation passes."""
 
     def __str__(self) -> str:
         return "the deadline passes"
 
 
-@dataclass(frozen=True, slots=True)
-class PlannerAnswer:
+class PlannerAnswer(Struct, frozen=True):
     """The planner answers."""
 
     def __str__(self) -> str:
         return "the planner answers"
 
 
-@dataclass(frozen=True, slots=True)
-class NextInPlan:
+class NextInPlan(Struct, frozen=True):
     """The plan goes on with an operation, or ends."""
 
     following: Following
@@ -365,8 +359,7 @@ class NextInPlan:
 Event: TypeAlias = ReplyEvent | DeadlineEvent | PlannerAnswer | OutsideEvent | GivingUp | NextInPlan
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedStep:
+class CheckedStep(Struct, frozen=True):
     """The step that an event starts.
 
     Attributes:

@@ -10,8 +10,9 @@ rules, the rest of a plan starts; which operations follow is decided one by one:
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model import PlanSet
 from scbm.proofcheck.guarded_parts import GuardedRule, may_leave
@@ -33,20 +34,17 @@ MAX_PLANNING_STATES = 1_000_000
 """Maximum number of states that one search may find: as many as the planner of a run may expand (semantics 4.1)."""
 
 
-@dataclass(frozen=True, slots=True)
-class PlanFound:
+class PlanFound(Struct, frozen=True):
     """The goal can be reached; `operations` is the canonical plan."""
 
     operations: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class NoPlanExists:
+class NoPlanExists(Struct, frozen=True):
     """The search found all reachable states, and the goal holds in none of them."""
 
 
-@dataclass(frozen=True, slots=True)
-class PlanningLimitReached:
+class PlanningLimitReached(Struct, frozen=True):
     """The search found the maximum number of states, and the goal holds in none of them: nothing is known."""
 
 
@@ -170,8 +168,7 @@ def _planning_variables(model: BehaviorModel, goal: Predicate) -> dict[str, None
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class PlansFound:
+class PlansFound(Struct, frozen=True):
     """There are plans; `queue` stands for all of them."""
 
     queue: Queue

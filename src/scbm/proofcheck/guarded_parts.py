@@ -5,9 +5,10 @@ Everything in a model that has a guard or actions, in one list.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model import Constant, Equal, OperationState, Reference, RequestState, Role, Truth, conjunction
 from scbm.model.sources import free_groups
@@ -32,8 +33,7 @@ if TYPE_CHECKING:
     Values: TypeAlias = dict[str, Value]
 
 
-@dataclass(frozen=True, slots=True)
-class GuardedPart:
+class GuardedPart(Struct, frozen=True):
     """A guard with the actions that the runner takes together.
 
     Attributes:
@@ -87,8 +87,7 @@ _MAX_REMEMBERED = 200_000
 """Maximum number of states whose next automatic transition is memoized."""
 
 
-@dataclass(frozen=True, slots=True)
-class GuardedRule:
+class GuardedRule(Struct, frozen=True):
     """A guard, and actions that are taken together.
 
     Attributes:
@@ -115,8 +114,7 @@ class GuardedRule:
         return {**values, **{action.target: value for action, value in zip(self.actions, assigned, strict=True)}}
 
 
-@dataclass(frozen=True, slots=True)
-class OperationRules:
+class OperationRules(Struct, frozen=True):
     """The rules of an operation (semantics 3.2).
 
     Attributes:

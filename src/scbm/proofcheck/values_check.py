@@ -9,9 +9,10 @@ takes too many valuations counts as possible.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model import (
     Add,
@@ -61,8 +62,7 @@ Given: TypeAlias = "tuple[tuple[str, Value], ...]"
 """Pairs of a variable and a value that it gets."""
 
 
-@dataclass(frozen=True, slots=True)
-class Possible:
+class Possible(Struct, frozen=True):
     """An event or a step that is possible.
 
     Attributes:
@@ -76,8 +76,7 @@ class Possible:
     visits: tuple[ClaimedObligation, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class _Moment:
+class _Moment(Struct, frozen=True):
     """An operation is current and in one of its states, the others are initial; or none is current, and all are."""
 
     operation: Operation | None

@@ -7,11 +7,13 @@ compared with the states of some runs, where these are known.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, InstanceFolds, Obligation
 from scbm.cases.trace import BecameCurrent, PlanAsked, PlanReceived, RunnerStarted, RunStarted
@@ -87,8 +89,7 @@ _BESIDE_EXECUTION = (
 """What is missing even if the operation is in plans one day."""
 
 
-@dataclass(frozen=True, slots=True)
-class CoverAdvice:
+class CoverAdvice(Struct, frozen=True):
     """The advice for one obligation.
 
     Attributes:
@@ -132,8 +133,12 @@ _IN_SINGULAR = re.compile("|".join(_SINGULAR))
 CHANCE = CoverAdvice(CoverMeans.CHANCE)
 
 
-@dataclass(frozen=True)
-class CampaignKind:
+def _no_runs() -> Iterator[Execution]:
+    """Yield no runs."""
+    return iter(())
+
+
+class CampaignKind(Struct, frozen=True, dict=True):
     """What kind of cases ran.
 
     Attributes:
@@ -146,7 +151,7 @@ class CampaignKind:
     loses_messages: bool = False
     moves_inputs: bool = False
     real: tuple[str, ...] = ()
-    runs: Callable[[], Iterator[Execution]] = field(default=lambda: iter(()), repr=False)
+    runs: Callable[[], Iterator[Execution]] = _no_runs
 
     def of_campaign(self, campaign: Campaign) -> CampaignKind:
         """Return the same kind with the runs of a campaign in simulation."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Aspect, Decision, Obligation
 from scbm.model.visible_text import shell_word
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
 
 
-@dataclass(frozen=True, slots=True)
-class Missed:
+class Missed(Struct, frozen=True):
     """An obligation that no case visits.
 
     Attributes:
@@ -64,8 +64,7 @@ def close_command(file: str) -> str:
     return f"scbm close {shown_path(file)} --out closed"
 
 
-@dataclass(frozen=True)
-class _MissedReasons:
+class _MissedReasons(Struct, frozen=True):
     model: BehaviorModel
     visits: Mapping[Obligation, int]
     cases: int

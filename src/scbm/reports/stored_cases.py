@@ -7,8 +7,10 @@ of its whole run. Reports distinguish cases in simulation from cases over nodes,
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.model import FIRST_PLANNER, PlannerIdentity, format_duration
 from scbm.model.visible_text import shell_word
@@ -24,8 +26,7 @@ if TYPE_CHECKING:
     from scbm.testing import Failure
 
 
-@dataclass(frozen=True, slots=True)
-class Cause:
+class Cause(Struct, frozen=True):
     """A cause of failures.
 
     Attributes:

@@ -6,7 +6,6 @@ Times are those of the caller: simulated ones in a simulation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -124,8 +123,7 @@ class TimePassed(Struct, frozen=True):
 Event: TypeAlias = GoalGiven | ReplyArrived | Measured | InjectionGiven | PlanAnswered | TimePassed
 
 
-@dataclass(frozen=True, slots=True)
-class RunnerOptions:
+class RunnerOptions(Struct, frozen=True):
     """The limits of a runner.
 
     Attributes:

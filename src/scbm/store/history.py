@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from json import dumps
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Coverage, LiftedStatuses, Obligations, Statuses
 from scbm.cases.trace import End
@@ -25,8 +26,7 @@ if TYPE_CHECKING:
 _KEY_BYTES = 16
 
 
-@dataclass(frozen=True, slots=True)
-class ModelSource:
+class ModelSource(Struct, frozen=True):
     """A model file as it was when it was tested.
 
     Attributes:
@@ -38,8 +38,7 @@ class ModelSource:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class StoredRun:
+class StoredRun(Struct, frozen=True):
     """One run of a command that tested cases.
 
     Attributes:
@@ -74,8 +73,7 @@ class StoredRun:
     waivers: tuple[Waiver, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
+class Written(Struct, frozen=True):
     """A case from a file, or from a test.
 
     Attributes:
@@ -98,8 +96,7 @@ class Written:
         return self.path.endswith(".py")
 
 
-@dataclass(frozen=True, slots=True)
-class Drawn:
+class Drawn(Struct, frozen=True):
     """A random case: what it was drawn from.
 
     Attributes:
@@ -125,8 +122,7 @@ Recipe: TypeAlias = Written | Drawn
 """The data that determine a case of a model, and whether it ran over nodes or in simulation."""
 
 
-@dataclass(frozen=True, slots=True)
-class StoredCase:
+class StoredCase(Struct, frozen=True):
     """A case as a store keeps it.
 
     Attributes:
@@ -177,8 +173,7 @@ class StoredCase:
         return not (self.is_earlier or self.is_lost)
 
 
-@dataclass(frozen=True)
-class History:
+class History(Struct, frozen=True, dict=True):
     """The content of a store.
 
     Attributes:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Coverage, LiftedStatuses, ObjectListVisits, Obligations, Statuses, Unnamed, bits_of
 from scbm.files import digest_of
@@ -61,8 +63,7 @@ def history_in(tables: Tables) -> History:
     return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out), certificates)
 
 
-@dataclass(frozen=True, slots=True)
-class StoreTotals:
+class StoreTotals(Struct, frozen=True):
     """The figures of a store, in memory that does not grow with its number of cases.
 
     Attributes:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Aspect, Obligation, Obligations
 from scbm.files import read_model
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
 _MAX_NAMED = 5
 
 
-@dataclass(frozen=True, slots=True)
-class Dropped:
+class Dropped(Struct, frozen=True):
     """An obligation that was visited and does not go over.
 
     Attributes:

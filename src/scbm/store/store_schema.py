@@ -5,8 +5,9 @@ Each column is declared once: SQL and inserted values follow.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from scbm.store.stored_evidence import excuses_text, waivers_text
 
@@ -20,8 +21,7 @@ TABLES_VERSION = 11
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
-@dataclass(frozen=True, slots=True)
-class StoreColumn:
+class StoreColumn(Struct, frozen=True):
     """A column of a table.
 
     Attributes:
@@ -37,8 +37,7 @@ class StoreColumn:
     value: Callable[[Any], object] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class StoreTable:
+class StoreTable(Struct, frozen=True):
     """A table.
 
     Attributes:

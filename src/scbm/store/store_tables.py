@@ -6,10 +6,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timedelta
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
+
+from msgspec import Struct
+from msgspec.structs import asdict, replace
 
 from scbm.cases.coverage import (
     Obligations,
@@ -56,8 +58,7 @@ _NEXT = timedelta(microseconds=1)
 Row: TypeAlias = tuple[Any, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ModelRow:
+class ModelRow(Struct, frozen=True):
     """A model that cases of a store were run on."""
 
     id: int
@@ -79,8 +80,7 @@ class ModelRow:
         return None if self.objects is None else _objects(self.objects)
 
 
-@dataclass(frozen=True, slots=True)
-class RunRow:
+class RunRow(Struct, frozen=True):
     """A run as it stands in the table: `model` is the id of a row there."""
 
     id: int
@@ -88,8 +88,7 @@ class RunRow:
     run: StoredRun
 
 
-@dataclass(frozen=True, slots=True)
-class CaseRow:
+class CaseRow(Struct, frozen=True):
     """A case as it stands in the table: `model`, `run` are ids of rows there; the rest is as in `StoredCase`."""
 
     key: bytes
@@ -108,8 +107,7 @@ class CaseRow:
     excluded: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class VisitTotals:
+class VisitTotals(Struct, frozen=True):
     """The union of the visits of the cases of a store.
 
     Attributes:
@@ -527,8 +525,7 @@ def _failures(text: str | None) -> tuple[Failure, ...]:
     return tuple(Failure(kind, subject, message) for kind, subject, message in written)
 
 
-@dataclass(frozen=True, slots=True)
-class _WrittenSetting:
+class _WrittenSetting(Struct, frozen=True):
     """The options of a case as a row of `setting` has them in JSON."""
 
     network: str

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import sqlite3
 from contextlib import ExitStack, closing
-from dataclasses import dataclass, replace
 from functools import cached_property
 from os.path import realpath
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligations
 from scbm.model import Slug
@@ -40,8 +42,7 @@ if TYPE_CHECKING:
     from scbm.store.history import History
 
 
-@dataclass(frozen=True)
-class Combined:
+class Combined(Struct, frozen=True, dict=True):
     """The result of uniting stores.
 
     Attributes:
@@ -64,8 +65,7 @@ class Combined:
         return read_history(self.path)
 
 
-@dataclass(frozen=True, slots=True)
-class _OpenStore:
+class _OpenStore(Struct, frozen=True):
     """A store to unite, as it was opened.
 
     Attributes:

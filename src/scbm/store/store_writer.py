@@ -6,10 +6,12 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 from uuid import uuid4
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import (
     NO_MUTANTS,
@@ -250,8 +252,7 @@ class StoreWriter:
         return StoreFigures(totals.cases, coverage.figure, lifted)
 
 
-@dataclass(frozen=True, slots=True)
-class StoreFigures:
+class StoreFigures(Struct, frozen=True):
     """The figures of all cases of a store.
 
     Attributes:

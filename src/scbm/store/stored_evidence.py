@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from hashlib import sha256
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm import __version__
 from scbm.cases.coverage import Decision, StatusProof
@@ -23,8 +24,7 @@ _MAX_JSON_CHARACTERS = 64 * 1024 * 1024
 """The maximum length of a JSON text in a column; a store that holds a longer one is damaged."""
 
 
-@dataclass(frozen=True, slots=True)
-class StoredCertificate:
+class StoredCertificate(Struct, frozen=True):
     """A certificate that was sound when it was added.
 
     Attributes:
@@ -83,8 +83,7 @@ def read_excuses_text(text: str | None) -> tuple[Excuse, ...]:
     return () if text is None else tuple(convert_json(read_json(text, _MAX_JSON_CHARACTERS), list[Excuse]))
 
 
-@dataclass(frozen=True, slots=True)
-class _WrittenWaiver:
+class _WrittenWaiver(Struct, frozen=True):
     """A waiver as the JSON of a run has it."""
 
     obligation: str

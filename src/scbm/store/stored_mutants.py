@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import asdict, replace
 
 from scbm import __version__
 from scbm.cases.coverage import NO_MUTANTS, AssertedObligations, AssertionEvidence, MutantNotice, MutantStatus
@@ -42,8 +44,7 @@ _STRENGTH = (MutantStatus.UNDECIDED, MutantStatus.SURVIVED, MutantStatus.EQUIVAL
 """The statuses, the one first that gives way to all others where results of several suites are added up."""
 
 
-@dataclass(frozen=True, slots=True)
-class MutatedSuite:
+class MutatedSuite(Struct, frozen=True):
     """A suite that is run against mutants of a model.
 
     Attributes:
@@ -69,8 +70,7 @@ class MutatedSuite:
         return sha256(text.encode()).digest()[:KEY_BYTES]
 
 
-@dataclass(frozen=True, slots=True)
-class StoredMutant:
+class StoredMutant(Struct, frozen=True):
     """The result of one mutant.
 
     Attributes:
@@ -118,8 +118,7 @@ class StoredMutant:
         return is_decided, _STRENGTH.index(self.status), self.limits or "", json.dumps(asdict(self), sort_keys=True)
 
 
-@dataclass(frozen=True, slots=True)
-class StoredMutation:
+class StoredMutation(Struct, frozen=True):
     """A suite with the results of its mutants."""
 
     suite: MutatedSuite

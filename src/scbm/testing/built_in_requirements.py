@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from msgspec import Struct
 
 from scbm.cases.trace import (
     AutomaticTaken,
@@ -42,8 +43,7 @@ if TYPE_CHECKING:
     from scbm.testing.verdicts import ExcuseRules, GoalRun, Outcomes
 
 
-@dataclass(frozen=True)
-class JudgedRun:
+class JudgedRun(Struct, frozen=True, dict=True):
     """A run as the built-in requirements see it.
 
     Attributes:

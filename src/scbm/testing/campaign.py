@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import (
     Coverage,
@@ -26,8 +27,7 @@ if TYPE_CHECKING:
     from scbm.testing.verdicts import Verdict
 
 
-@dataclass(frozen=True, slots=True)
-class CaseResult:
+class CaseResult(Struct, frozen=True):
     """The result of a case in a campaign: without trace and draws, which running the case again gives.
 
     Attributes:
@@ -56,8 +56,7 @@ class CaseResult:
         return CaseOutcome(position, self.verdict, self.ended_ns, self.requests, *visits)
 
 
-@dataclass(frozen=True)
-class Campaign:
+class Campaign(Struct, frozen=True, dict=True):
     """The results of many cases of one model.
 
     Attributes:

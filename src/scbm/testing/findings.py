@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.testing.shrinking.shrinker import Shrinker, UnshrinkableError
 
@@ -23,8 +25,7 @@ MAX_SHRUNK = 5
 """Maximum number of findings that are shrunk; repair these first."""
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(Struct, frozen=True):
     """One reason for failures with its cases; or all unmet expectations of one case.
 
     Attributes:

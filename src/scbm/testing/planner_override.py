@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, RunPlans, Slug

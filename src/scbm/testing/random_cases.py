@@ -7,7 +7,6 @@ network is drawn. A drawn network has each kind of fault with probability 1/2, a
 
 from __future__ import annotations
 
-from dataclasses import fields
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypeVar, assert_never
 
@@ -79,7 +78,7 @@ def _draw_window(fault: WindowFault, draw: _Draw, subjects: Sequence[str | None]
         "at_ns": draw.moment_ns,
         "for_ns": draw.length_ns,
     }
-    window: FaultWindow = fault.window(**{field.name: draws[field.name]() for field in fields(fault.window)})
+    window: FaultWindow = fault.window(**{name: draws[name]() for name in fault.window.__struct_fields__})
     return window
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.trace import RequestOutcome, spans_of
 
@@ -15,8 +17,7 @@ if TYPE_CHECKING:
     from scbm.testing.tester import Execution
 
 
-@dataclass(frozen=True, slots=True)
-class Answers:
+class Answers(Struct, frozen=True):
     """The results of the requests to one resource.
 
     Attributes:
@@ -61,8 +62,7 @@ class Answers:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class ExcludedVariable:
+class ExcludedVariable(Struct, frozen=True):
     """The values of one variable that drivers sent in a campaign and the model excludes.
 
     Attributes:

@@ -6,8 +6,9 @@ finds the records that show the violation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.trace import Record, RunnerStarted, state_after
 from scbm.model import format_moment, format_value
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
     from scbm.model import Requirement, Value
 
 
-@dataclass(frozen=True, slots=True)
-class Violation:
+class Violation(Struct, frozen=True):
     """The first violation of a requirement in a run.
 
     Attributes:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.cases import RecordedPlan, RecordedRun
 from scbm.cases.coverage import Obligations, visited_by
@@ -20,6 +21,7 @@ from scbm.cases.trace import (
     sentence_of,
 )
 from scbm.model import InitialStates, RunPlans, format_moment
+from scbm.model.partly_compared import PartlyCompared
 from scbm.planning import (
     PLANNERS,
     DrawnPlans,
@@ -71,8 +73,7 @@ if TYPE_CHECKING:
     from scbm.testing.requirement_monitors import Violation
 
 
-@dataclass(frozen=True, slots=True)
-class Execution:
+class Execution(PartlyCompared, frozen=True):
     """A case that was run, or that was lost: then its trace ends at the loss.
 
     Attributes:
@@ -106,9 +107,10 @@ class Execution:
     forced: int = 0
     forced_by: int | None = None
     moves: tuple[EnvironmentChange, ...] | None = None
-    model: BehaviorModel | None = field(default=None, compare=False, repr=False)
+    model: BehaviorModel | None = None
     notes: tuple[str, ...] = ()
     excluded: tuple[ExcludedValue, ...] = ()
+    uncompared = ("model",)
 
     def __str__(self) -> str:
         """Return the run as lines: how it ended, what happened and when, and why the case failed."""

@@ -5,9 +5,12 @@ A clause is without effect if its injection never acted, or if the request of it
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases import Network
 from scbm.cases.trace import (
@@ -149,8 +152,7 @@ _MISSED_GOAL = (FailureKind.NOT_REACHED, FailureKind.LIVELOCK)
 """The kinds of failures that are about the end of the run for one goal."""
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
+class Failure(Struct, frozen=True):
     """One reason to call a case failed.
 
     Attributes:
@@ -254,8 +256,7 @@ class ExcuseRules:
 _NO_RULES = ExcuseRules()
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(Struct, frozen=True):
     """How a case ended, and why it failed if it did.
 
     Attributes:
@@ -286,8 +287,7 @@ class Verdict:
         return self.passed and bool(self.excuses)
 
 
-@dataclass(frozen=True, slots=True)
-class Outcomes:
+class Outcomes(Struct, frozen=True):
     """The parts of a run that its verdict depends on.
 
     Attributes:
@@ -368,8 +368,7 @@ def violation_of(failure: Failure, violations: Sequence[Violation]) -> Violation
     return next(found, None)
 
 
-@dataclass(frozen=True, slots=True)
-class GoalRun:
+class GoalRun(Struct, frozen=True):
     """The run for one goal of a case.
 
     Attributes:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.files import is_model_text, open_case, open_input, read_file, write_case
 from scbm.files.file_writer import replace_file
@@ -26,8 +28,7 @@ SUFFIXES = (".yaml", ".yml")
 _SNIFFED_BYTES = 65_536
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenCase:
+class WrittenCase(Struct, frozen=True):
     """A case and the file that it was read from.
 
     Attributes:
@@ -136,8 +137,7 @@ class RecordingStatus(StrEnum):
     """The mode leaves such files as they are."""
 
 
-@dataclass(frozen=True, slots=True)
-class CaseRecording:
+class CaseRecording(Struct, frozen=True):
     """The recording of one case: the action on its file, and the differences.
 
     Attributes:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Expectations, OutcomeRule
 from scbm.cases.trace import End, Trace, read_trace, trace_digest

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.decisions import Stage
+from scbm.closing.distinguished_values import distinguishing_values
 from scbm.closing.runs.all_runs import AllRuns, RunScope
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Outcome, PlannerChoice, PlannerIdentity, PlanSet, Slug
-from scbm.model.distinguished_values import distinguishing_values
 from scbm.proofcheck import check_certificate
 from scbm.running import Program
 from scbm.running.untimed.relevance import Relevance

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from scbm.closing import Closing
 from scbm.closing.explanations import SearchedRuns, explain, first_visit

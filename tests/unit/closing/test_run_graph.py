@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from scbm.closing import Closer, Decision
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits

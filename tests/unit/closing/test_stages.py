@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect
 from scbm.closing import CloseLimits, Closer, Closing, Decision, closer

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from scbm.cases import OutcomeRule
 from scbm.files import load_model, read_case, write_case

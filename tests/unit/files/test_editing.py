@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import stat
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -51,7 +50,7 @@ def _same_but_goals(text: str, edited: str, names: list[str]) -> None:
 
 
 def _without_goals(model: BehaviorModel) -> tuple[object, ...]:
-    return tuple(getattr(model, field.name) for field in fields(model) if field.name != "goals")
+    return tuple(getattr(model, name) for name in model.__struct_fields__ if name != "goals")
 
 
 def test_a_block_gets_lines_behind_its_last_entry_in_its_indentation() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import FrozenInstanceError
-
 import pytest
 
 from scbm.model import (
@@ -83,7 +81,7 @@ def test_a_state_is_a_hashable_mapping_that_never_changes() -> None:
     assert state["count"] == 1
     assert {state: "found"}[State(SPACE, {"light": "red", "count": 1})] == "found"
     assert str(state) == "light=red, count=1"
-    with pytest.raises(FrozenInstanceError):
+    with pytest.raises(AttributeError):
         SPACE.variables[0].name = "other"  # type: ignore[misc] # that is the point
 
 

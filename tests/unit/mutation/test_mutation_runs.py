@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Case, Expectations, Injection, RecordedPlan
 from scbm.cases.coverage import MutantStatus

@@ -6,12 +6,13 @@ import asyncio
 import gc
 import json
 from collections.abc import Awaitable, Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field
 from threading import Event as ThreadEvent
 from typing import Any
 
 import pytest
 from msgspec import structs
+from msgspec.structs import asdict, replace
 
 from scbm.cases import Case
 from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, trace_digest

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import AT_ONCE, LOST, Condition, ConditionKind, Network, OutcomeRule, Partition, Reaction
 from scbm.cases.trace import (

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import inf, nan
 from time import monotonic_ns
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.trace import MeasurementReceived, MeasurementRefused
 from scbm.files import read_model

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, TypeAlias
 
 import pytest
 from msgspec import structs
+from msgspec.structs import replace
 
 from scbm.cases import LOST, Case
 from scbm.cases.trace import End, ResourceChanged

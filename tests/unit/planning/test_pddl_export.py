@@ -6,13 +6,13 @@ import json
 import os
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Case, RecordedPlan
 from scbm.files import load_model, read_case, read_model, write_case

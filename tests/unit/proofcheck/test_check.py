@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.closing.proofs.possible_values import possible_values
 from scbm.files import read_model

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
 import pytest
 from lxml import etree
+from msgspec.structs import replace
 
 from scbm.files import read_model
 from scbm.reports.ci.cobertura import cobertura_xml

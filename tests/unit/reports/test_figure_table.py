@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, Statuses, WaiverReview
 from scbm.cli.output.terminal import folded
@@ -39,7 +39,7 @@ goals:
 
 def _report(model: BehaviorModel, columns: int, cases: int = 2, **setting: object) -> list[str]:
     campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(cases, 1)))
-    shown = replace(Setting(BEFORE, 1, cases, columns=columns), **setting)  # type: ignore[arg-type] # any of its fields
+    shown = replace(Setting(BEFORE, 1, cases, columns=columns), **setting)
     return [part.plain for line in coverage_report(campaign, shown) for part in folded(line, columns)]
 
 

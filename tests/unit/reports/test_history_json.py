@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from scbm.cases.coverage.set_cover import Cover
 from scbm.reports.ci.history_json import history_json, smallest_json

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from junitparser import Error, JUnitXml, TestCase, TestSuite
 from lxml import etree
+from msgspec.structs import replace
 
 from scbm.cases.trace import End
 from scbm.reports.ci.junit import junit_xml

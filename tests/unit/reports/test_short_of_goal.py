@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.trace import End
 from scbm.reports.ci.history_json import history_json

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligations
 from scbm.reports.terminal.store_report import since_last_run

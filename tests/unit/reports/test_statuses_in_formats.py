@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import pytest
 from lxml import etree
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
 from scbm.model import Waiver

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import CONDITIONS, Case, CaseGoal, CaseLimits, Condition, EnvironmentChange, Injection, Origin
 from scbm.cases.trace import (
@@ -56,7 +56,7 @@ def press(*transitions: str) -> BehaviorModel:
 
 def run(model: BehaviorModel, **changes: object) -> Execution:
     case = Case("case", "formed", dict(model.goals)["formed"], model.nominal_state, origin=Origin(1))
-    return Tester(model).execute(replace(case, **changes))  # type: ignore[arg-type]
+    return Tester(model).execute(replace(case, **changes))
 
 
 def moves(execution: Execution) -> list[tuple[float, str, dict[str, object]]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from scbm.cases import Condition, ConditionKind, Injection
 from scbm.cases.trace import AutomaticTaken, End, InjectionApplied, LivelockedAtRest, PutBack

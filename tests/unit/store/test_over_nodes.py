@@ -6,10 +6,10 @@ import json
 import sqlite3
 import zlib
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Case, Network
 from scbm.files import Scope, parse_requirement

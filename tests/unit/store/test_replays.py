@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Case, Network
 from scbm.files import Scope, load_model, parse_requirement, read_network
@@ -37,7 +37,7 @@ def _stored(path: Path, cases: list[tuple[Case, Recipe]]) -> Path:
 
 
 def _drawn(network: Network | None, **changes: object) -> list[tuple[Case, Recipe]]:
-    cases = [replace(case, **changes) for case in RandomCases(MODEL, network=network).first(4, 3)]  # type: ignore[arg-type]
+    cases = [replace(case, **changes) for case in RandomCases(MODEL, network=network).first(4, 3)]
     return [(case, drawn_recipe(case, network_words(network))) for case in cases]
 
 

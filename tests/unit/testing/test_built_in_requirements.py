@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Case, CaseLimits, Injection, OutcomeRule, RecordedPlan
 from scbm.cases.trace import End, PlanAsked, ReplyReceived, RequestSent

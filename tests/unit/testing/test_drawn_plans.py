@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Case
 from scbm.cases.trace import BecameCurrent, write_trace

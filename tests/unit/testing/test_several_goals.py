@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from conftest import Ran
 from scbm.cases import Case, CaseGoal, CaseLimits, Expectations, Injection, OutcomeRule

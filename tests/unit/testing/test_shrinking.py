@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import (
     Case,
@@ -89,7 +89,7 @@ def _shrink(case: Case, never: str, model: BehaviorModel = MODEL) -> Shrunk:
 
 
 def _case(**keys: object) -> Case:
-    return replace(Case("case", "scanned", _predicate("box_is_scanned == true"), MODEL.nominal_state), **keys)  # type: ignore[arg-type] # fields of a case
+    return replace(Case("case", "scanned", _predicate("box_is_scanned == true"), MODEL.nominal_state), **keys)
 
 
 FAILED_ONCE = "scan_box.state == failed"
@@ -322,7 +322,7 @@ def test_a_choice_after_the_violation_does_not_matter(later: dict[str, object]) 
     red = EnvironmentChange(10_000_000, (("light", "red"),))
     case = Case("case", "done", model.goals[0][1], model.nominal_state, environment=(red,))
     changes = (red, *later.get("environment", ()))  # type: ignore[misc] # a tuple of changes
-    execution = Tester(model).execute(replace(case, **(later | {"environment": changes})))  # type: ignore[arg-type] # fields of a case
+    execution = Tester(model).execute(replace(case, **(later | {"environment": changes})))
     shrunk = Shrinker(Tester(model)).shrink(execution, execution.verdict.failures[0])
     small = shrunk.execution.case
     assert shrunk.after.choices > 1 or small.limits.time_ns is not None  # without the other one the run has no end

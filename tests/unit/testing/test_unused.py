@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from scbm.cases import Case, Condition, ConditionKind, Injection, Network, Origin, OutcomeRule, Partition, Restart
 from scbm.model import Constant, Equal, Outcome, Reference

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases import Case, CaseGoal, OutcomeRule
 from scbm.cases.trace import End, state_after

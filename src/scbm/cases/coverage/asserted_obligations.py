@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct
 
 from scbm.cases.coverage.obligations import Figure
 
@@ -64,8 +65,7 @@ class MutantNotice(NamedTuple):
     status: MutantStatus
 
 
-@dataclass(frozen=True, slots=True)
-class AssertedObligation:
+class AssertedObligation(Struct, frozen=True):
     """A visited obligation, with the number of its mutants.
 
     Attributes:
@@ -130,8 +130,7 @@ def _group(notice: MutantNotice, bit: int) -> str:
             return "unnoticed"
 
 
-@dataclass(frozen=True)
-class AssertedObligations:
+class AssertedObligations(Struct, frozen=True, dict=True):
     """The visited obligations of a model with their answers, in the order of the model, without *queued*."""
 
     entries: tuple[AssertedObligation, ...]
@@ -165,8 +164,7 @@ class AssertedObligations:
         return {entry.obligation: entry for entry in self.entries}
 
 
-@dataclass(frozen=True, slots=True)
-class AssertionEvidence:
+class AssertionEvidence(Struct, frozen=True):
     """The answers of a store about the obligations that cases visit.
 
     Attributes:

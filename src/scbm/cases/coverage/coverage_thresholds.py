@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage.obligations import STATE_ASPECTS, Aspect, Figure
 
@@ -29,8 +30,7 @@ LIFTED = "lifted"
 """The kind of a threshold for the figure of lifted obligations, which a model with parameters has."""
 
 
-@dataclass(frozen=True, slots=True)
-class Threshold:
+class Threshold(Struct, frozen=True):
     """The least percentage of the obligations of one kind that must be visited.
 
     Attributes:

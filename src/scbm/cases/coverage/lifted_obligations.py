@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.cases.coverage.obligations import Aspect, Figure, Obligation, Obligations
 from scbm.cases.coverage.statuses import Decision, count_statuses, coverable_figure
@@ -33,8 +35,7 @@ def first_missed(decisions: Iterable[Decision]) -> Decision:
     return next((decision for decision in _ORDER if decision in found), Decision.COVERED)
 
 
-@dataclass(frozen=True, slots=True)
-class ObjectListVisits:
+class ObjectListVisits(Struct, frozen=True):
     """The visits of runs of the same lifted model under other objects (semantics 8.7).
 
     Attributes:
@@ -80,8 +81,7 @@ class ObjectListVisits:
         return Decision.UNDECIDED if key in self.forced else Decision.COVERED
 
 
-@dataclass(frozen=True, slots=True)
-class LiftedStatus:
+class LiftedStatus(Struct, frozen=True):
     """The status of one lifted obligation.
 
     Attributes:
@@ -114,8 +114,7 @@ class LiftedStatus:
         return len(self.decisions) - self.visited
 
 
-@dataclass(frozen=True, slots=True)
-class LiftedStatuses:
+class LiftedStatuses(Struct, frozen=True):
     """The statuses of the lifted obligations of a model.
 
     Attributes:
@@ -216,8 +215,7 @@ _FEW = 3
 _SECTIONS = {True: "automatic_transitions", False: "operations"}
 
 
-@dataclass(frozen=True, slots=True)
-class InstanceFolds:
+class InstanceFolds(Struct, frozen=True):
     """The entries with parameters of a model, and the number of instances of each.
 
     Attributes:

@@ -6,9 +6,10 @@ its percentage never rounds up to 100 or down to 0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -19,8 +20,7 @@ _SMALLEST = 0.01
 """The smallest percentage other than 0: figures have two decimals."""
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+class Figure(Struct, frozen=True):
     """A number of visited obligations, `visited`, out of a total, `of`."""
 
     visited: int
@@ -63,8 +63,7 @@ STATE_ASPECTS = (Aspect.DISABLED, Aspect.EXECUTING, Aspect.FAILED, Aspect.TIMEDO
 """The five states of an operation, in the order of the paper's report."""
 
 
-@dataclass(frozen=True, slots=True)
-class Obligation:
+class Obligation(Struct, frozen=True):
     """One aspect of one operation, or the taking of one automatic transition."""
 
     subject: str

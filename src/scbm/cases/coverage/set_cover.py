@@ -19,6 +19,8 @@ from dataclasses import dataclass, field
 from heapq import heapify, heappop, heapreplace
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from msgspec import Struct
+
 from scbm.cases.coverage.visits import bits_of
 
 if TYPE_CHECKING:
@@ -38,8 +40,7 @@ _STEPS_WITHOUT_GAIN = 8
 _SMALLEST_PACE = 64
 
 
-@dataclass(frozen=True, slots=True)
-class Cover:
+class Cover(Struct, frozen=True):
     """A selection of sets whose union is the union of all sets.
 
     Attributes:
@@ -177,8 +178,7 @@ def _renumbered(table: _Table) -> _Table:
     return _Table(tuple(_transposed(columns, len(table.rows))), table.places)
 
 
-@dataclass(frozen=True, slots=True)
-class _LowerBound:
+class _LowerBound(Struct, frozen=True):
     """The lower bound that prices of elements prove, in units of 1 / `_ONE`.
 
     Attributes:

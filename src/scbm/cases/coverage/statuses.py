@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
 
 from scbm.cases.coverage.obligations import Figure
 
@@ -55,8 +56,7 @@ class Decision(StrEnum):
         return self in (Decision.COVERED, Decision.UNCOVERABLE, Decision.UNDECIDED)
 
 
-@dataclass(frozen=True, slots=True)
-class StatusProof:
+class StatusProof(Struct, frozen=True):
     """A checked proof that no run visits an obligation.
 
     Attributes:
@@ -70,8 +70,7 @@ class StatusProof:
     certificate: str
 
 
-@dataclass(frozen=True, slots=True)
-class WaiverReview:
+class WaiverReview(Struct, frozen=True):
     """The waivers of a model on one day.
 
     Attributes:
@@ -106,8 +105,7 @@ FORCED_NOTE = "forced states visit it"
 """The note beside the status of an obligation that only forced states visit (semantics 8.5)."""
 
 
-@dataclass(frozen=True, slots=True)
-class ObligationStatus:
+class ObligationStatus(Struct, frozen=True):
     """The status of one obligation.
 
     Attributes:
@@ -151,8 +149,7 @@ class ObligationStatus:
         return self.decision in (Decision.COVERED, Decision.UNDECIDED) and not self.is_forced
 
 
-@dataclass(frozen=True)
-class Statuses:
+class Statuses(Struct, frozen=True, dict=True):
     """The status of each obligation of a model.
 
     Attributes:
@@ -246,8 +243,7 @@ class Statuses:
         return tuple(entry for entry in self.entries if entry.decision in decisions)
 
 
-@dataclass(frozen=True, slots=True)
-class _StatusRules:
+class _StatusRules(Struct, frozen=True):
     """The rules of semantics 8.5 for one coverage."""
 
     obligations: Obligations

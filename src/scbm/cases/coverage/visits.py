@@ -7,9 +7,10 @@ visits; everything else here counts and combines such sets.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage.obligations import Aspect, Figure, Obligations
 from scbm.cases.trace import AutomaticTaken, InjectionApplied, OperationStepped, PlanReceived, Record
@@ -56,8 +57,7 @@ def visited_by(records: Iterable[Record], obligations: Obligations) -> int:
     return visited
 
 
-@dataclass(frozen=True, slots=True)
-class Unnamed:
+class Unnamed(Struct, frozen=True):
     """Cases of a long campaign that are only counted: they visited nothing that a named case did not.
 
     Attributes:
@@ -74,8 +74,7 @@ class Unnamed:
         return Unnamed(self.count + other.count, tuple(mine + others for mine, others in pairs))
 
 
-@dataclass(frozen=True, slots=True)
-class Coverage:
+class Coverage(Struct, frozen=True):
     """The obligations of a model, and for each case the set of those that it visited.
 
     Attributes:
@@ -160,8 +159,7 @@ def only_by(coverage: Coverage) -> tuple[int, ...]:
     return tuple(visited & ~twice for _, visited in coverage.cases)
 
 
-@dataclass(frozen=True, slots=True)
-class GrowthStep:
+class GrowthStep(Struct, frozen=True):
     """A case that increased the figure.
 
     Attributes:

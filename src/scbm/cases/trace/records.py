@@ -10,7 +10,6 @@ needs a case for it: those places match over all kinds and end in `assert_never`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, TypeAlias
@@ -375,8 +374,7 @@ Record: TypeAlias = (
 """A record of a run: one class for each kind of event."""
 
 
-@dataclass(frozen=True, slots=True)
-class Trace:
+class Trace(Struct, frozen=True):
     """The records of a run, in order.
 
     Attributes:

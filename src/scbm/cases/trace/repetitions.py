@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.trace.records import PlanAsked, RunEnded
 
@@ -22,8 +23,7 @@ _DIFFERENT = ("at_ns", "ask", "request")
 """The fields that differ between equal turns: times and numbers."""
 
 
-@dataclass(frozen=True, slots=True)
-class Repetition:
+class Repetition(Struct, frozen=True):
     """The last part of a run, in which one turn repeats. Each turn has a question for a plan.
 
     Attributes:

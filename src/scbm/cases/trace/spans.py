@@ -6,9 +6,10 @@ pass over the records. A viewer draws spans and does not match on records to fin
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
 
 from scbm.cases.trace.records import (
     AutomaticTaken,
@@ -50,8 +51,7 @@ class RequestOutcome(StrEnum):
     UNANSWERED = "no reply"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Span:
+class Span(Struct, frozen=True, kw_only=True):
     """A part of a run.
 
     Attributes:
@@ -72,8 +72,7 @@ class Span:
         return self.end_ns - self.begin_ns
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OperationSpan(Span):
+class OperationSpan(Span, frozen=True, kw_only=True):
     """The time for which an operation was executing, or was disabled.
 
     Attributes:
@@ -87,8 +86,7 @@ class OperationSpan(Span):
     outcome: OperationState | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RequestSpan(Span):
+class RequestSpan(Span, frozen=True, kw_only=True):
     """A request from sending to its reply or its cancellation.
 
     Attributes:
@@ -108,8 +106,7 @@ class RequestSpan(Span):
     missed_deadline: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanningSpan(Span):
+class PlanningSpan(Span, frozen=True, kw_only=True):
     """The wait for a plan.
 
     Attributes:
@@ -121,8 +118,7 @@ class PlanningSpan(Span):
     status: str | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanSpan(Span):
+class PlanSpan(Span, frozen=True, kw_only=True):
     """The time from the planner's answer to the next question or the end of the run.
 
     Attributes:
@@ -136,8 +132,7 @@ class PlanSpan(Span):
     plan: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FaultSpan(Span):
+class FaultSpan(Span, frozen=True, kw_only=True):
     """A fault that the test case injected.
 
     Attributes:
@@ -155,8 +150,7 @@ class FaultSpan(Span):
     is_held: bool
 
 
-@dataclass(frozen=True, slots=True)
-class RunSpans:
+class RunSpans(Struct, frozen=True):
     """All spans of a run; each kind in the order in which its spans ended, faults in the order in which they began."""
 
     operations: tuple[OperationSpan, ...]
@@ -336,8 +330,7 @@ class _SpanBuilder:
         )
 
 
-@dataclass(slots=True)
-class _OpenRequest:
+class _OpenRequest(Struct):
     """A request in flight.
 
     Attributes:

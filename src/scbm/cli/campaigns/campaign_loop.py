@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 from contextlib import AbstractContextManager, closing, nullcontext
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.output.progress import CampaignLines, CampaignProgress, bar
@@ -34,8 +35,7 @@ class FirstFailure(Exception):  # noqa: N818 - it is no error, but what `-x` ask
     """Raised to end a campaign at its first failure."""
 
 
-@dataclass(frozen=True, slots=True)
-class Finished:
+class Finished(Struct, frozen=True):
     """Cases that have just finished.
 
     Attributes:
@@ -120,8 +120,7 @@ def carry_out(
     return CampaignEnd(Campaign(suite.model, suite.work, total), suite.count, keeper, ended)
 
 
-@dataclass(frozen=True, slots=True)
-class CampaignEnd:
+class CampaignEnd(Struct, frozen=True):
     """The results of a campaign.
 
     Attributes:

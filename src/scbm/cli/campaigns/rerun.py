@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.trace import End
 from scbm.cli.options.option_errors import option_error
@@ -30,8 +31,7 @@ _LOG = re.compile(rb'\s*\{\s*"format"\s*:')
 _LONGEST_BEGINNING = 100
 
 
-@dataclass(frozen=True, slots=True)
-class AskedRun:
+class AskedRun(Struct, frozen=True):
     """One run, as the options of a command line describe it.
 
     Attributes:
@@ -62,8 +62,7 @@ class AskedRun:
         return load_model(model_file), writer
 
 
-@dataclass(frozen=True, slots=True)
-class Rerun:
+class Rerun(Struct, frozen=True):
     """A run that was repeated.
 
     Attributes:

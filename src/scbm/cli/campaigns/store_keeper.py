@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from msgspec import Struct
 from rich.text import Text
 
 from scbm.cases.trace import End
@@ -183,8 +183,7 @@ class Keeper:
         return Since(lines, data, is_whole=True, is_united=is_united)
 
 
-@dataclass(frozen=True, slots=True)
-class Since:
+class Since(Struct, frozen=True):
     """The effect of a run on a store, as text and as JSON.
 
     Attributes:

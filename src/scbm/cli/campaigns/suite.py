@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.cases import Network
 from scbm.files import FileWriter, load_located, read_file, real_path
@@ -32,8 +34,7 @@ if TYPE_CHECKING:
     from scbm.testing.batches.campaign_runs import Executor
 
 
-@dataclass(frozen=True)
-class Suite:
+class Suite(Struct, frozen=True, dict=True):
     """Cases from files, then random cases.
 
     Attributes:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
 from itertools import islice
 from os.path import lexists
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct, field, to_builtins
+from msgspec.structs import replace
 
 from scbm.cases.coverage import LiftedStatuses, Statuses
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches
@@ -51,8 +53,7 @@ _SAVED_AT_ONCE = 500
 """Maximum number of texts of cases in memory while random cases are saved."""
 
 
-@dataclass(frozen=True, slots=True)
-class CampaignOptions:
+class CampaignOptions(Struct, frozen=True):
     """The options that determine the cases: see `scbm test --help`."""
 
     model: Path
@@ -101,8 +102,7 @@ class CampaignOptions:
         return suite
 
 
-@dataclass(frozen=True, slots=True)
-class CampaignOutput:
+class CampaignOutput(Struct, frozen=True):
     """The options for the output of a campaign.
 
     Attributes:
@@ -168,7 +168,7 @@ def report_campaign(done: CampaignEnd, setting: Setting, output: CampaignOutput,
         early = {"ended_early": done.words} if done.words else {}
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
         is_over_nodes = setting.answers or setting.excluded
-        report |= {"excluded_values": list(map(asdict, setting.excluded))} if is_over_nodes else {}
+        report |= {"excluded_values": to_builtins(setting.excluded)} if is_over_nodes else {}
         decided = {} if statuses is None else {"statuses": statuses_json(statuses)}
         decided |= {} if statuses is None else lifted_json(LiftedStatuses.of(campaign.model, statuses))
         asserted = {} if evidence is None else {"asserted": asserted_json(evidence)}

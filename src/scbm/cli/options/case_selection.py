@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import os
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.cli.options.option_errors import option_error
 from scbm.files import open_input
@@ -93,8 +94,7 @@ class _NameExpression:
         return InputError([Diagnostic(Slug.BAD_OPTION, message, Place("-k", 1, column, 1), remedy, self._text)])
 
 
-@dataclass(frozen=True, slots=True)
-class LastFailed:
+class LastFailed(Struct, frozen=True):
     """The cases of a model that failed when they ran last, and the options that they ran with.
 
     The file `last-failed.json` in the directory of `--failures` has them for each model.

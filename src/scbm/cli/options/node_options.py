@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 import re
 import socket
-from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+
+from msgspec import Struct
 
 from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
@@ -234,8 +235,7 @@ def _read_seconds(option: str, text: str) -> float:
     return duration_ns / 1e9
 
 
-@dataclass(frozen=True, slots=True)
-class NodeOptions:
+class NodeOptions(Struct, frozen=True):
     """The options about nodes of a command line.
 
     Attributes:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING, TypeVar
+
+from msgspec.structs import replace
 
 from scbm.cases import Network
 from scbm.cli.options.option_errors import option_error

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error
@@ -70,8 +72,7 @@ _FACTORS = {None: 1} | {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class PlannerOptions:
+class PlannerOptions(Struct, frozen=True):
     """The planner, its limits and the plans of a command line; `None` where an option is absent."""
 
     name: str | None = None

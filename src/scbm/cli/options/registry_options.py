@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import wraps
 from inspect import Parameter, signature
 from typing import TYPE_CHECKING, Annotated, Any, Protocol, get_args, get_origin
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -27,8 +28,7 @@ class RegistryOptions(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class RegistryName:
+class RegistryName(Struct, frozen=True):
     """One option whose value is a name of a registry.
 
     Attributes:
@@ -40,8 +40,7 @@ class RegistryName:
     option: OptionInfo
 
 
-@dataclass(frozen=True, slots=True)
-class NameOf(RegistryName):
+class NameOf(RegistryName, frozen=True):
     """One option whose choices are the names of a registry."""
 
     def options(self, parameter: Parameter) -> tuple[Parameter, ...]:
@@ -56,8 +55,7 @@ class NameOf(RegistryName):
         return None if chosen is None else str(chosen)
 
 
-@dataclass(frozen=True, slots=True)
-class KnownName(RegistryName):
+class KnownName(RegistryName, frozen=True):
     """One option with a name of a registry as its value; its help has the names, and the verb refuses other names."""
 
     def options(self, parameter: Parameter) -> tuple[Parameter, ...]:
@@ -73,8 +71,7 @@ class KnownName(RegistryName):
         return name
 
 
-@dataclass(frozen=True, slots=True)
-class OptionPerEntry:
+class OptionPerEntry(Struct, frozen=True):
     """One option for each entry of a registry; the verb gets a mapping from names to values.
 
     Attributes:
@@ -95,8 +92,7 @@ class OptionPerEntry:
         return {name: values.pop(_identifier(name)) for name in self.make()}
 
 
-@dataclass(frozen=True, slots=True)
-class OptionGroup:
+class OptionGroup(Struct, frozen=True):
     """Options that belong together; the verb gets one value made from all of them.
 
     Attributes:

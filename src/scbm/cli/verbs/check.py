@@ -1,11 +1,11 @@
 """`scbm check`: errors and warnings of model files."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.options.command_inputs import Reads

@@ -1,11 +1,12 @@
 """`scbm close`: decides every obligation, writes cases and certificates, and checks certificates."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.exit_codes import INTERRUPTED
@@ -130,8 +131,7 @@ def _only_model(files: Sequence[Path]) -> Path:
     raise option_error("MODEL", message, remedy)
 
 
-@dataclass(frozen=True)
-class _CloseRequest:
+class _CloseRequest(Struct, frozen=True):
     """The model and the suite of the command line, with the options for closing."""
 
     file: Path
@@ -179,8 +179,7 @@ class _CloseRequest:
         return "" if self.waivers is None else f" --waivers {shell_word(str(self.waivers))}"
 
 
-@dataclass(frozen=True)
-class _CloseResult:
+class _CloseResult(Struct, frozen=True):
     """The result of closing, with the campaign before it."""
 
     asked: _CloseRequest
@@ -246,8 +245,7 @@ class _CloseResult:
         return Campaign(model, source, merge(suite.summary, shifted.summary()))
 
 
-@dataclass(frozen=True)
-class _SuggestedGoals:
+class _SuggestedGoals(Struct, frozen=True):
     """The goals to write into the model, each with its predicate as text.
 
     Attributes:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from msgspec import Struct
 
 import scbm
 from scbm.cli.options.option_errors import option_error
@@ -17,8 +17,7 @@ from scbm.files import FileWriter, read_file
 from scbm.model.visible_text import shell_word
 
 
-@dataclass(frozen=True, slots=True)
-class ExampleCell:
+class ExampleCell(Struct, frozen=True):
     """One example.
 
     Attributes:

@@ -1,8 +1,8 @@
 """`scbm plan`: prints a plan to a goal, or the reason why there is none."""
 
-from dataclasses import dataclass
 from typing import Any
 
+from msgspec import Struct
 from rich.text import Text
 
 from scbm.cli.options.option_errors import option_error
@@ -128,8 +128,7 @@ def _effort(model: BehaviorModel, answer: Answer) -> str:
     return "" if is_external or is_timed else f"   ({counted(answer.expanded, 'state')} expanded)"
 
 
-@dataclass(frozen=True)
-class _Drawing:
+class _Drawing(Struct, frozen=True):
     """A planning problem, and the output for its answer."""
 
     planner: Planner

@@ -5,12 +5,13 @@ It has an option for each entry of `FORMATS`.
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from msgspec import Struct
+from msgspec.structs import replace
 from rich.text import Text
 from typer.models import OptionInfo
 
@@ -54,8 +55,7 @@ FORMAT_OPTIONS = OptionPerEntry(_format_options)
 """Marks the parameter of a verb that gets the files by the names of their formats."""
 
 
-@dataclass(frozen=True)
-class ReportFiles:
+class ReportFiles(Struct, frozen=True):
     """The files to write, by the names of their formats."""
 
     files: Mapping[str, Path | None]

@@ -1,7 +1,8 @@
 """`scbm run`: runs one goal against simulated resources, and prints a timeline."""
 
-from dataclasses import replace
 from typing import Annotated
+
+from msgspec.structs import replace
 
 from scbm.cases import Case, CaseLimits, Origin
 from scbm.cli.options.campaign_options import read_inputs

@@ -1,8 +1,9 @@
 """`scbm test`: runs case files and random cases, judges them, and prints the coverability report."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
+
+from msgspec.structs import replace
 
 from scbm.cli.campaigns.suite_recording import record_suite, refuse_without_files
 from scbm.cli.campaigns.test_campaign import (

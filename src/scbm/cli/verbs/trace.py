@@ -1,12 +1,12 @@
 """`scbm trace`: writes one run as a file for Perfetto or Foxglove."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
 import typer
+from msgspec import Struct
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.campaign_options import read_inputs
@@ -25,8 +25,7 @@ from scbm.testing.batches.campaign_work import complete
 FORMAT_VERSION = 1
 
 
-@dataclass(frozen=True)
-class _TraceOutput:
+class _TraceOutput(Struct, frozen=True):
     """An output file of an option.
 
     Attributes:

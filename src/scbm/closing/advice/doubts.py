@@ -7,8 +7,9 @@ nothing reads, unhandled failures, replies without a deadline, and waivers with 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.closing.advice.instant_operations import completes_at_once
 from scbm.model import Always, Assign, Constant, Never, Not, Outcome, Severity, Slug, Truth, format_value
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Operation, Predicate, Requirement, Resource, Transition
 
 
-@dataclass(frozen=True, slots=True)
-class Doubt:
+class Doubt(Struct, frozen=True):
     """One doubt.
 
     Attributes:
@@ -40,8 +40,7 @@ class Doubt:
     severity: Severity = Severity.WARNING
 
 
-@dataclass(frozen=True, slots=True)
-class Unfinished:
+class Unfinished(Struct, frozen=True):
     """A part of a check that a limit ended: it has no place in the file, and it is no doubt about the model.
 
     Attributes:

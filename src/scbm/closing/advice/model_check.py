@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.closing.advice.doubts import (
     Doubt,
@@ -28,8 +29,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
 
 
-@dataclass(frozen=True, slots=True)
-class Checked:
+class Checked(Struct, frozen=True):
     """The result of a check.
 
     Attributes:

@@ -6,8 +6,9 @@ with drawn plans gets all of them (semantics 4.4).
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect
 from scbm.closing.advice.suggestions import TriedVisits, forced_states_clause

@@ -12,10 +12,11 @@ possible than in runs, never fewer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.closing.advice.doubts import Doubt, Unfinished, written_as
 from scbm.closing.advice.instant_operations import completes_at_once
@@ -70,8 +71,7 @@ _FEW = 5_000
 """Number of states that the canonical planner expands for a goal before the greedy one is asked."""
 
 
-@dataclass(frozen=True, slots=True)
-class CheckLimits:
+class CheckLimits(Struct, frozen=True):
     """The limits of the exploration for warnings.
 
     Attributes:
@@ -112,8 +112,7 @@ class PlannerPair:
         return answer, left
 
 
-@dataclass(frozen=True)
-class PlanningExploration:
+class PlanningExploration(Struct, frozen=True, dict=True):
     """The allowed initial states, and the planning states that operations reach from them.
 
     Attributes:
@@ -366,8 +365,7 @@ def _running_states(program: Program, exploration: PlanningExploration) -> Itera
             yield from starts[index].executing(at_rest)
 
 
-@dataclass(frozen=True, slots=True)
-class _PackedStart:
+class _PackedStart(Struct, frozen=True):
     """The start of an operation on packed states; an assignment is `state & keep | bits`.
 
     Attributes:

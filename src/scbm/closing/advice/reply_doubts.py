@@ -6,8 +6,9 @@ that change from outside, too, are never doubted.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.closing.advice.doubts import Doubt, variables_in_use
 from scbm.closing.proofs.blame import blame

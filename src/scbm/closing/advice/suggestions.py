@@ -6,9 +6,11 @@ knows the model and the planner; oracles answer questions about runs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, Obligation, Obligations
 from scbm.closing.advice.goal_search import GoalSearch, goal_name
@@ -58,8 +60,7 @@ class TriedVisits(NamedTuple):
     by_force: frozenset[Obligation] = frozenset()
 
 
-@dataclass(frozen=True, slots=True)
-class Oracles:
+class Oracles(Struct, frozen=True):
     """Answers to questions about the runs of a model.
 
     Attributes:

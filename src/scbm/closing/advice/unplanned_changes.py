@@ -7,9 +7,11 @@ problem of both: the changes are operations that come first, and the operations 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
+from scbm.closing.distinguished_values import distinguishing_values
 from scbm.model import (
     Assign,
     Constant,
@@ -23,7 +25,6 @@ from scbm.model import (
     VariableSource,
     conjunction,
 )
-from scbm.model.distinguished_values import distinguishing_values
 from scbm.model.predicates import TRUE, conjuncts
 from scbm.model.sources import free_groups, inputs
 from scbm.model.variables import PLAN_STATE

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.closing.proofs.blame import parts_of
 from scbm.closing.proofs.nearest_misses import (
@@ -53,8 +54,7 @@ def why_unreachable(planner: Planner, start: State, goal: Predicate) -> tuple[st
     return tuple(islice(_Chain(planner.model, task, reach.states).sentences(goal), _MAX_LINES))
 
 
-@dataclass(frozen=True)
-class _Chain:
+class _Chain(Struct, frozen=True):
     """The operations on the way to a goal that no plan reaches.
 
     Attributes:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import reduce
 from operator import or_
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct
 
 from scbm.closing.proofs.blame import blame, parts_of
 from scbm.closing.summaries import listed
@@ -30,8 +31,7 @@ def listed_values(values: Iterable[tuple[str, Value]]) -> str:
     return listed([f"{name} == {format_value(value)}" for name, value in values])
 
 
-@dataclass(frozen=True, slots=True)
-class NearestMiss:
+class NearestMiss(Struct, frozen=True):
     """The nearest state of runs to one in which a guard holds.
 
     Attributes:

@@ -7,8 +7,9 @@ table of the runner; time, plans and the order of steps are left out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.closing.proofs.blame import blame, contradicting, contradiction
@@ -97,8 +98,7 @@ def _at_first(variable: Variable) -> tuple[Value, ...]:
 # the runner's steps as rules
 
 
-@dataclass(frozen=True, slots=True)
-class _ValueRule:
+class _ValueRule(Struct, frozen=True):
     """A step of the runner.
 
     Attributes:

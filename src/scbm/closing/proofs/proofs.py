@@ -9,9 +9,11 @@ may, is excluded by the planner.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.closing.proofs.nearest_misses import nearest_miss
@@ -96,8 +98,7 @@ def _is_always_enabled(operation: Operation, space: StateSpace) -> bool:
     return is_satisfiable(Not(guard), read) is False
 
 
-@dataclass(frozen=True, slots=True)
-class Proof:
+class Proof(Struct, frozen=True):
     """The proof that nothing visits one obligation.
 
     Attributes:

@@ -5,9 +5,10 @@ The graph of all runs decides where it is complete. What it finds violated count
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.cases import Expectations
 from scbm.cases.coverage import Decision

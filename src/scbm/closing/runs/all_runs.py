@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING
 
+from msgspec import Struct
+
+from scbm.closing.distinguished_values import distinguished_groups
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.closing.runs.run_graph import MAX_STEPS_EACH, RunGraph, explore_runs, initial_states
 from scbm.model import GoalOrder, PlanSet
-from scbm.model.distinguished_values import distinguished_groups
 from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
 from scbm.running.untimed.noted_steps import NotedSteps
@@ -29,8 +30,7 @@ if TYPE_CHECKING:
     from scbm.running.untimed.plan_queues import PlanQueues
 
 
-@dataclass(frozen=True, slots=True)
-class CloseLimits:
+class CloseLimits(Struct, frozen=True):
     """The limits of closing. None is a time: the same model is decided alike on every machine.
 
     Attributes:
@@ -56,8 +56,7 @@ class CloseLimits:
 _INTERRUPTED = "closing was interrupted"
 
 
-@dataclass(frozen=True, slots=True)
-class RunScope:
+class RunScope(Struct, frozen=True):
     """Which runs are explored.
 
     Attributes:

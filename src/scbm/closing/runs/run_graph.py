@@ -8,12 +8,13 @@ can be given, is a position, too. Where goals follow each other, each end of a r
 from __future__ import annotations
 
 from array import array
-from dataclasses import dataclass
 from functools import partial
 from itertools import islice, product
 from math import prod
 from operator import ne
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct
 
 from scbm.model import InitialStates
 from scbm.planning.engines.breadth_first import BreadthFirst
@@ -63,8 +64,7 @@ class Edge(NamedTuple):
     visits: int
 
 
-@dataclass
-class RunGraph:
+class RunGraph(Struct):
     """The explored part of the graph. Node 0 is no position: its edges are the initial states.
 
     Attributes:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from scbm.closing.runs.run_graph import Edge, RunGraph, Start
 from scbm.planning.engines.breadth_first import BreadthFirst
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
     from scbm.running.untimed.situations import Happening
 
 
-@dataclass(frozen=True, slots=True)
-class PathRun:
+class PathRun(Struct, frozen=True):
     """One run of a path; of the last one perhaps only the beginning.
 
     Attributes:
@@ -32,8 +32,7 @@ class PathRun:
     before: tuple[Happening, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class RunPath:
+class RunPath(Struct, frozen=True):
     """Runs that follow each other, mostly one.
 
     Attributes:
@@ -54,8 +53,7 @@ _MAX_COMPARED = 2_000
 """Maximum number of nodes that are expanded to compare legs, once one leg was found."""
 
 
-@dataclass(frozen=True, slots=True)
-class Walk:
+class Walk(Struct, frozen=True):
     """A path through a graph.
 
     Attributes:
@@ -67,8 +65,7 @@ class Walk:
     visits: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Leg:
+class _Leg(Struct, frozen=True):
     """A part of a walk: its edges, and the missing obligations that it visits or keeps reachable."""
 
     edges: list[Edge]
@@ -167,8 +164,7 @@ def path_along(graph: RunGraph, edges: Sequence[Edge]) -> RunPath:
     return RunPath(start, tuple(PathRun(each.goal, tuple(each.happenings), tuple(each.before)) for each in drafts))
 
 
-@dataclass(slots=True)
-class _PathDraft:
+class _PathDraft(Struct):
     goal: tuple[str, Predicate]
     before: list[Happening] = field(default_factory=list)
     happenings: list[Happening] = field(default_factory=list)

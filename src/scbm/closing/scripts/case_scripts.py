@@ -6,8 +6,10 @@ environment transitions act at their rates, where that is possible. Default beha
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases import (
     Case,
@@ -63,8 +65,7 @@ _PLANNING_NS = 1_000_000_000
 _TAKEN = Condition(ConditionKind.OCCUPIED)
 
 
-@dataclass(slots=True)
-class _ScriptedRequest:
+class _ScriptedRequest(Struct):
     """A request of the run.
 
     Attributes:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from msgspec.structs import replace
 
 from scbm.cases import CaseLimits, EnvironmentChange
 from scbm.cases.coverage import Aspect, visited_by

@@ -10,12 +10,14 @@ state. The change is held for a moment and then reverted, so that the run can co
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import combinations, islice, pairwise, product
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from scbm.cases import Case, EnvironmentChange, Injection
 from scbm.cases.trace import BecameCurrent, ReplyReceived, RequestCancelled, RequestSent, RunnerStarted
+from scbm.closing.distinguished_values import distinguishing_values
 from scbm.model import (
     And,
     Constant,
@@ -33,7 +35,6 @@ from scbm.model import (
     Truth,
     conjunction,
 )
-from scbm.model.distinguished_values import distinguishing_values
 from scbm.model.operations import apply
 from scbm.model.predicates import substituted
 from scbm.model.sources import changed_from_outside

@@ -6,8 +6,9 @@ is taken after which no requirement breaks; if there is none, the first one.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.cases.trace import End, state_after

@@ -7,9 +7,10 @@ steps to a value that does. Of equally distant positions the one found first is 
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Aspect
 from scbm.closing.runs.run_graph import Start
@@ -28,8 +29,7 @@ if TYPE_CHECKING:
     from scbm.running.untimed.situations import Happening, Position, RunStep
 
 
-@dataclass(slots=True)
-class _GuidedHit:
+class _GuidedHit(Struct):
     """A position with the path to it."""
 
     position: Position

@@ -7,9 +7,10 @@ the operations that execute in them fail or time out, and other initial values a
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.cases import Case, Network, OutcomeRule
 from scbm.cases.coverage import Aspect

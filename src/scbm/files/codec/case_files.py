@@ -6,10 +6,11 @@ A file is parsed at once; its names are resolved as soon as the model is known.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.files.codec.case_keys import CaseKeys, CaseToWrite, case_owners
 from scbm.files.codec.keys import check_shape

@@ -6,6 +6,8 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from msgspec import structs
+
 from scbm.cases import (
     Case,
     CaseGoal,
@@ -333,7 +335,7 @@ class CaseToWrite(NamedTuple):
     def injections(self) -> tuple[Injection, ...]:
         """The injections, without names that the file need not say."""
         numbered = enumerate(self.case.injections, start=1)
-        return tuple(replace(each, name="") if each.name == f"injection_{n}" else each for n, each in numbered)
+        return tuple(structs.replace(each, name="") if each.name == f"injection_{n}" else each for n, each in numbered)
 
     @property
     def initial(self) -> dict[str, Any]:

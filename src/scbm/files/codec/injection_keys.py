@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from scbm.cases import CONDITIONS, Condition, ConditionKind, EnvironmentChange, Injection
 from scbm.cases.trace import NETWORK, SENT
@@ -329,8 +330,7 @@ class EnvironmentChangeKeys(Keys):
 # all injections of a case
 
 
-@dataclass(frozen=True, slots=True)
-class _InjectedValue:
+class _InjectedValue(Struct, frozen=True):
     """A value that an injection gives to a variable or a resource.
 
     Attributes:

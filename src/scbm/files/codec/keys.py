@@ -18,10 +18,11 @@ from __future__ import annotations
 import json
 import re
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from inspect import cleandoc
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeAlias, TypeVar, overload
+
+from msgspec import Struct
 
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.yaml_writer import FlowMapping
@@ -43,8 +44,7 @@ Data: TypeAlias = Any
 # the shape check
 
 
-@dataclass(frozen=True, slots=True)
-class Spot:
+class Spot(Struct, frozen=True):
     """A node under check, and how messages locate it.
 
     Attributes:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.files.codec.binding_keys import BINDINGS_OWNERS, BindingsKeys
 from scbm.files.codec.keys import check_shape

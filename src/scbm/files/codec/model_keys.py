@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from msgspec.structs import replace
 
 from scbm.files.codec.binding_keys import BindingReader, RosKeys
 from scbm.files.codec.key_types import (

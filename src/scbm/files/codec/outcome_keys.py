@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from msgspec.structs import replace
 
 from scbm.cases import LOST, Delivery, OutcomeRule
 from scbm.files.codec.key_types import COUNT, TIME, VALUE, NamesType, ScalarOrListType, ScalarType, flow_list

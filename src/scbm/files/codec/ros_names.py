@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from scbm.files.codec.key_types import NamesType, ScalarOrMappingType, ScalarType, scalar_node
 from scbm.files.codec.keys import Key, Keys
@@ -179,8 +180,7 @@ SERVICE_TYPE = ScalarOrMappingType(
 # names that resources share
 
 
-@dataclass(frozen=True, slots=True)
-class _TopicUse:
+class _TopicUse(Struct, frozen=True):
     """The first use of a topic: its place, if that is in this file, and whether it carries requests or replies."""
 
     where: str

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.files.codec.key_types import NamesType, ScalarType, scalar_node
 from scbm.files.codec.keys import Key, Keys
@@ -26,8 +27,7 @@ if TYPE_CHECKING:
     from scbm.model.values import Domain
 
 
-@dataclass(frozen=True, slots=True)
-class _ServiceFields:
+class _ServiceFields(Struct, frozen=True):
     """The fields of a request or of a response, and what messages call these."""
 
     words: str

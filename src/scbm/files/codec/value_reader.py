@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
+
+from msgspec import Struct
 
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.resolver import Resolver
@@ -35,8 +36,7 @@ _LONG_DURATION = re.compile(r"\s*\d{16,}(?:\.\d+)?\s*[a-zµ]+\s*", re.ASCII)
 """A duration whose number has more digits than `parse_duration` reads."""
 
 
-@dataclass(frozen=True, slots=True)
-class Entry(Generic[T]):
+class Entry(Struct, Generic[T], frozen=True):
     """An entry of a mapping from names: its name, the place of that, the node behind it, and the value of the node."""
 
     name: str

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, Piece, RewrittenScalar, entries_of, with_entries
 from scbm.files.language.dotted_text import INDEXED, DottedText

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.files.yaml.document import YamlNode, plain_value
 from scbm.files.yaml.source_text import Scalar
@@ -15,8 +17,7 @@ if TYPE_CHECKING:
     from scbm.model import Place
 
 
-@dataclass(frozen=True, slots=True)
-class Piece:
+class Piece(Struct, frozen=True):
     """A part of a rewritten scalar: a copy of some characters of a source scalar, or a text in their place.
 
     Attributes:

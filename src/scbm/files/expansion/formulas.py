@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
 from enum import IntEnum
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from msgspec import Struct, field
 
 from scbm.files.expansion.static_facts import joined
 from scbm.files.expansion.thresholds import Joint, Threshold, at_least, copies
@@ -104,8 +105,7 @@ class ConstantFormula(Formula):
         return self._truth
 
 
-@dataclass(frozen=True, slots=True)
-class ObjectTerm:
+class ObjectTerm(Struct, frozen=True):
     """An object, or a parameter that stands for one."""
 
     name: str
@@ -202,8 +202,7 @@ class ObjectSlot(TextSlot):
         return choice[self._name], self._begin, self._end
 
 
-@dataclass(slots=True)
-class IndexedName:
+class IndexedName(Struct):
     """A name with an index: of variables, resources or operations, or of the variables that these own.
 
     Attributes:
@@ -440,8 +439,7 @@ class WorkLimit:
             raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, begin, end, "use fewer objects")
 
 
-@dataclass(frozen=True, slots=True)
-class Bound:
+class Bound(Struct, frozen=True):
     """The parameters of a quantifier with their objects, where it stands, and the count of instances."""
 
     objects: Mapping[str, tuple[str, ...]]

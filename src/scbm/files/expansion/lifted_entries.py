@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import chain, product
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from scbm.files.expansion.static_facts import QUANTIFIERS, WORD
 from scbm.files.language.grammar import keywords
@@ -38,8 +40,7 @@ _MAX_TRIED = 20_000
 """Maximum number of partial choices that are tried to find one choice; an import of PDDL asks for hundreds."""
 
 
-@dataclass(frozen=True, slots=True)
-class LiftedKey:
+class LiftedKey(Struct, frozen=True):
     """A key with parameters.
 
     Attributes:
@@ -99,8 +100,7 @@ def without_errors(text: str, facts: StaticFacts) -> tuple[str, ...] | None:
     return kinds if kinds and len(kinds) == len(parts) else None
 
 
-@dataclass(slots=True)
-class _KeyReader:
+class _KeyReader(Struct):
     text: str
     place: Place
     scope: LiftedScope

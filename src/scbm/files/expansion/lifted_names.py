@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.files.expansion.formulas import IndexedName, ObjectTerm, WorkLimit
 from scbm.files.expansion.static_facts import StaticFacts
@@ -23,8 +25,7 @@ class NoteFault(Protocol):
         """Note an error or a warning; an error without a message follows from others, and only makes the text wrong."""
 
 
-@dataclass(frozen=True, slots=True)
-class LiftedNames:
+class LiftedNames(Struct, frozen=True):
     """The names of a lifted model.
 
     Attributes:
@@ -61,8 +62,7 @@ class DottedIndex(NamedTuple):
     suffix: str
 
 
-@dataclass(frozen=True, slots=True)
-class LiftedScope:
+class LiftedScope(Struct, frozen=True):
     """The names that one lifted text can use, with the types of its parameters.
 
     Attributes:

@@ -6,9 +6,10 @@ written, and read by the language underneath: that notes its errors, in the word
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import prod
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.files.expansion.formulas import (
     MAX_INSTANCES,

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
 from functools import partial
 from math import prod
 from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import (
     MappingEntry,
@@ -99,8 +101,7 @@ class CopyTemplate(NodeTemplate):
         return self._nodes
 
 
-@dataclass(slots=True)
-class _LiftedScalar:
+class _LiftedScalar(Struct):
     """A scalar node whose text is parsed.
 
     Attributes:
@@ -428,8 +429,7 @@ _TEMPLATES: dict[NodeKind, Callable[[YamlNode, LiftedScope, ErrorCollector], Nod
 """The templates of scalars by what stands under their key."""
 
 
-@dataclass(frozen=True, slots=True)
-class TemplateMaker:
+class TemplateMaker(Struct, frozen=True):
     """Makes the templates of the nodes of one entry."""
 
     scope: LiftedScope

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, text_node, with_entries
 from scbm.files.expansion.formulas import IndexedName, LiftedFault
@@ -56,8 +58,7 @@ def expand_objects(document: YamlNode, report: ErrorCollector) -> YamlNode:
     return _ObjectStage(document, report).expanded()
 
 
-@dataclass(slots=True)
-class _LiftedEntry:
+class _LiftedEntry(Struct):
     """An entry of a section: its key, its template, and its choices of objects.
 
     Attributes:

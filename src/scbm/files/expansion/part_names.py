@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import (
     MappingEntry,
@@ -162,8 +164,7 @@ def _keys(part: YamlNode, section: str) -> Iterable[str]:
     return node.items if node is not None else ()
 
 
-@dataclass(frozen=True, slots=True)
-class PartCopy:
+class PartCopy(Struct, frozen=True):
     """Makes one copy of a part.
 
     Attributes:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mapping_node, with_entries
 from scbm.files.expansion.part_names import (
@@ -64,8 +66,7 @@ def expand_parts(document: YamlNode, report: ErrorCollector, keys: PartKeyNames)
     return replace(whole, incomplete=whole.incomplete or expansion.misses_names)
 
 
-@dataclass(frozen=True, slots=True)
-class _Use:
+class _Use(Struct, frozen=True):
     """One use of a part: the part as it stands for the user, the place that uses it, and its name under `parts`."""
 
     document: YamlNode
@@ -73,8 +74,7 @@ class _Use:
     name: str | None = None
 
 
-@dataclass(slots=True)
-class _Expansion:
+class _Expansion(Struct):
     """The expansion of the parts of one model.
 
     Attributes:
@@ -358,8 +358,7 @@ def _is_text(node: YamlNode) -> bool:
     return node.condemned or (node.text is not None and node.plain is not None)
 
 
-@dataclass(frozen=True, slots=True)
-class PartFile:
+class PartFile(Struct, frozen=True):
     """A file of a part.
 
     Attributes:
@@ -375,8 +374,7 @@ class PartFile:
     is_clear: bool
 
 
-@dataclass(slots=True)
-class PartFiles:
+class PartFiles(Struct):
     """Opens the files of the parts of one model, each once.
 
     Attributes:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from itertools import chain
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from scbm.files.expansion.stage_keys import shared_section
 from scbm.files.language.grammar import keywords
@@ -38,8 +39,7 @@ _SUFFIXES = ("state", "name")
 """The last parts of the names of variables that the runner keeps, such as `scan.state` and `current.name`."""
 
 
-@dataclass(frozen=True, slots=True)
-class ObjectTable:
+class ObjectTable(Struct, frozen=True):
     """A relation between objects.
 
     Attributes:
@@ -53,8 +53,7 @@ class ObjectTable:
     rows: Mapping[tuple[str, ...], None]
 
 
-@dataclass(frozen=True, slots=True)
-class StaticFacts:
+class StaticFacts(Struct, frozen=True):
     """The types and the tables of a model file.
 
     Attributes:

@@ -5,8 +5,10 @@ Waivers in a model file and in a file of their own are expanded in the same way,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, text_node, with_entries
 from scbm.files.expansion.formulas import LiftedFault
@@ -40,8 +42,7 @@ _STATES = tuple(state.value for state in OperationState if state is not Operatio
 """The states of operations that are obligations, beside `queued`."""
 
 
-@dataclass(slots=True)
-class WaivableEntries:
+class WaivableEntries(Struct):
     """The operations and automatic transitions of a model, by the names that their obligations begin with.
 
     Attributes:

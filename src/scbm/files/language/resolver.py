@@ -7,6 +7,7 @@ from math import prod
 from typing import TYPE_CHECKING, Protocol, assert_never, cast
 
 from lark import Token
+from msgspec import Struct
 
 from scbm.files.language.grammar import form_of
 from scbm.files.language.quantities import parse_duration
@@ -73,8 +74,7 @@ def _suggestion(name: str, known: Iterable[str], what: str, begin: int, end: int
     return suggestion(name, known, what)
 
 
-@dataclass(frozen=True, slots=True)
-class _Word:
+class _Word(Struct, frozen=True):
     """A term that is a name but no variable: a symbol or a mistake, depending on the other operand."""
 
     name: str

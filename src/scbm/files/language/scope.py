@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec import Struct, field
 
 from scbm.files.language.grammar import keywords
 from scbm.model import Slug
@@ -47,8 +48,7 @@ def overlap(left: Domain, right: Domain) -> bool:
     return not set(left.values).isdisjoint(right.values)
 
 
-@dataclass(frozen=True)
-class Scope:
+class Scope(Struct, frozen=True, dict=True):
     """The names of a model.
 
     Attributes:

@@ -7,9 +7,9 @@ and the rest is read nevertheless. A text that is not YAML raises `InputError`.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
+from msgspec import Struct, field
 from ruamel.yaml.events import (
     AliasEvent,
     CollectionEndEvent,
@@ -55,8 +55,7 @@ _Start: TypeAlias = ScalarEvent | CollectionStartEvent
 """The event that begins a node; an alias has an event of its own."""
 
 
-@dataclass(slots=True)
-class YamlNode:
+class YamlNode(Struct):
     """One node of a document.
 
     Attributes:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.instance_names import InstanceNames
@@ -28,8 +30,7 @@ _MAX_CHARACTERS = 400
 _QUOTED = re.compile(r"`[^`]*`")
 
 
-@dataclass(slots=True)
-class _NotedError:
+class _NotedError(Struct):
     """An error that several instances of one entry may have.
 
     Attributes:

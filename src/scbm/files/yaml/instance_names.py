@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -20,8 +21,7 @@ _LIST = re.compile(r"(?P<head>[a-z ]+: )(?P<names>[\w.]+(?:, [\w.]+)*)(?P<rest>(
 """A list of known names, as `suggestion` makes it."""
 
 
-@dataclass(frozen=True, slots=True)
-class CopiedNames:
+class CopiedNames(Struct, frozen=True):
     """The prefixes that the names of a part have in its copies.
 
     Attributes:
@@ -51,8 +51,7 @@ class CopiedNames:
         return f"{listed['head']}{', '.join(dict.fromkeys(listed['names'].split(', ')))}{listed['rest']}"
 
 
-@dataclass(frozen=True, slots=True)
-class EntryInstance:
+class EntryInstance(Struct, frozen=True):
     """One instance of an entry with parameters.
 
     Attributes:
@@ -69,8 +68,7 @@ class EntryInstance:
     count: int
 
 
-@dataclass(frozen=True, slots=True)
-class InstanceNames:
+class InstanceNames(Struct, frozen=True):
     """The names that an expansion made.
 
     Attributes:

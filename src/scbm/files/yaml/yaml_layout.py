@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from msgspec import Struct, field
 from ruamel.yaml import YAML
 from ruamel.yaml.events import (
     AliasEvent,
@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
-@dataclass(slots=True)
-class YamlPiece:
+class YamlPiece(Struct):
     """A node of a text, and its position.
 
     Attributes:

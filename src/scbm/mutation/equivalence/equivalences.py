@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec.structs import replace
 
 from scbm.cases.coverage import MutantStatus
 from scbm.closing.runs.all_runs import CloseLimits

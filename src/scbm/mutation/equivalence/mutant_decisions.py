@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.testing.recorded_results import differences_of_record
 
@@ -12,8 +14,7 @@ if TYPE_CHECKING:
     from scbm.testing import Execution
 
 
-@dataclass(frozen=True, slots=True)
-class EquivalentMutant:
+class EquivalentMutant(Struct, frozen=True):
     """A mutant whose runs are those of the original model: all of them were explored.
 
     Attributes:
@@ -23,8 +24,7 @@ class EquivalentMutant:
     situations: int
 
 
-@dataclass(frozen=True, slots=True)
-class DifferentMutant:
+class DifferentMutant(Struct, frozen=True):
     """A mutant of which a case shows that it differs.
 
     Attributes:
@@ -64,8 +64,7 @@ class DifferentMutant:
         return replace(self.case, name=name, recorded=kept)
 
 
-@dataclass(frozen=True, slots=True)
-class UndecidedMutant:
+class UndecidedMutant(Struct, frozen=True):
     """A mutant of which neither is shown.
 
     Attributes:

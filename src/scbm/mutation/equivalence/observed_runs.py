@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec.structs import replace
 
 from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from msgspec.structs import replace
 
 from scbm.closing.runs.run_graph import Start, steps_from
 from scbm.closing.scripts.outside_walks import ShownWalks

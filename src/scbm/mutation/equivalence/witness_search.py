@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import replace
 from itertools import count, islice, zip_longest
 from typing import TYPE_CHECKING
 
 from msgspec import structs
+from msgspec.structs import replace
 
 from scbm.cases import Case, CaseLimits
 from scbm.cases.trace import RequestSent, RunStarted, assignments, sentence_of

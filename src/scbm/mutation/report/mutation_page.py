@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from importlib.resources import files
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import MutantStatus
 from scbm.model.visible_text import escaped
@@ -22,8 +23,7 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 _MISSED = (MutantStatus.SURVIVED, MutantStatus.UNDECIDED)
 
 
-@dataclass(frozen=True, slots=True)
-class MutantRow:
+class MutantRow(Struct, frozen=True):
     """A mutant as the page shows it.
 
     Attributes:
@@ -39,8 +39,7 @@ class MutantRow:
     words: str
 
 
-@dataclass(frozen=True, slots=True)
-class MutantLine:
+class MutantLine(Struct, frozen=True):
     """A line of the model with its mutants.
 
     Attributes:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import Decision, MutantStatus
 from scbm.cases.coverage.assumptions import assumptions
@@ -26,8 +27,7 @@ BENIGN = "breaks no requirement"
 """The words of reports for a mutant whose witness violates no requirement that the model satisfies there."""
 
 
-@dataclass(frozen=True, slots=True)
-class MutationSummary:
+class MutationSummary(Struct, frozen=True):
     """The results of mutants of one model.
 
     Attributes:

@@ -6,8 +6,9 @@ n-th request of a case fares alike wherever its resource lives.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec.structs import replace
 
 from scbm.cases import AT_ONCE, LOST, Condition, Reaction
 from scbm.cases.trace import (

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import signal
-from dataclasses import replace
 from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from msgspec import structs
+from msgspec.structs import replace
 
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.roles.cell_topics import NodeContext, new_status

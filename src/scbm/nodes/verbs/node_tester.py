@@ -1,8 +1,9 @@
 """`scbm node tester`: runs cases in a cell whose controller and resources run in other processes."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
+
+from msgspec.structs import replace
 
 from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, refuse_outputs
 from scbm.cli.options.campaign_options import read_thresholds, refuse_asserted

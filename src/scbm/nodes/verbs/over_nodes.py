@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 import sys
 from contextlib import closing, contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.cli.campaigns.campaign_loop import carry_out, finished_executions
 from scbm.cli.campaigns.test_campaign import remember_failed, report_campaign, setting_of

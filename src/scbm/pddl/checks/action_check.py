@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.pddl.checks.condition_check import COMPARISONS, ConditionCheck
 from scbm.pddl.checks.declared_names import NAME, remedy_for
@@ -23,8 +25,7 @@ _CHANGES = ("assign", "increase", "decrease", "scale-up", "scale-down")
 _TIMED = "begin with `at start`, `over all` or `at end`"
 
 
-@dataclass(frozen=True, slots=True)
-class _EffectContext:
+class _EffectContext(Struct, frozen=True):
     """What stands around an effect.
 
     Attributes:
@@ -42,8 +43,7 @@ class _EffectContext:
     moment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class _CheckedEffect:
+class _CheckedEffect(Struct, frozen=True):
     text: str
     fluent: str
     around: _EffectContext

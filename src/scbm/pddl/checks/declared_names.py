@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.files.spelling import nearest
 
@@ -35,8 +37,7 @@ _RESERVED = (
 """Words with a meaning in conditions and effects, which no predicate can have as its name."""
 
 
-@dataclass(frozen=True, slots=True)
-class DeclaredFluent:
+class DeclaredFluent(Struct, frozen=True):
     """A predicate or a numeric function as it is declared."""
 
     name: str

@@ -6,8 +6,9 @@ name gets a prefix, since in PDDL a type, an object and a predicate can have one
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.files.spelling import nearest
 from scbm.files.yaml.error_collector import MAX_ERRORS
@@ -75,8 +76,7 @@ _DOMAIN = (":requirements", ":types", ":constants", ":predicates", ":functions",
 _PROBLEM = (":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedPddl:
+class CheckedPddl(Struct, frozen=True):
     """A domain and a problem as texts for `unified-planning`.
 
     Attributes:
@@ -195,8 +195,7 @@ class _PddlCheck:
             self._problem.wrong(used, message, "name the files of one domain")
 
 
-@dataclass(frozen=True, slots=True)
-class _Sections:
+class _Sections(Struct, frozen=True):
     """The sections of a file, and the name of the domain or problem."""
 
     name: PddlNode

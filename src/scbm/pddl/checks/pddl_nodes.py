@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.model import Diagnostic, Place, Slug
 
@@ -16,8 +18,7 @@ MAX_DEPTH = 32
 """The maximum number of open brackets: `unified-planning` recurses at each, and fails at about 50."""
 
 
-@dataclass(frozen=True, slots=True)
-class PddlNode:
+class PddlNode(Struct, frozen=True):
     """A word, or a list in brackets.
 
     Attributes:

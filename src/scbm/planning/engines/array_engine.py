@@ -6,10 +6,10 @@ computed backwards along the edges between the states.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias, TypeVar, assert_never, cast
 
 import numpy as np
+from msgspec import Struct
 
 from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair, indices_of
 from scbm.planning.engines.engine import check_bytes, check_states
@@ -90,8 +90,7 @@ def _merged(one: Codes, other: Codes) -> Codes:
     return both
 
 
-@dataclass(frozen=True, slots=True)
-class VectorStep:
+class VectorStep(Struct, frozen=True):
     """A move as functions of arrays.
 
     Attributes:

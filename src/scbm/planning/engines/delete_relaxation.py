@@ -6,8 +6,9 @@ So the values at the fixed point are a superset of those that any sequence of th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.model.normal_form import variables_of
 from scbm.model.satisfiability import satisfiable
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
     from scbm.model.normal_form import NormalForm
 
 
-@dataclass(frozen=True, slots=True)
-class Effect:
+class Effect(Struct, frozen=True):
     """A variable that a rule sets as a function of one variable.
 
     Attributes:
@@ -34,8 +34,7 @@ class Effect:
     image: Callable[[int], int]
 
 
-@dataclass(frozen=True, slots=True)
-class RelaxedRule:
+class RelaxedRule(Struct, frozen=True):
     """A step without its deletions.
 
     Attributes:

@@ -6,9 +6,10 @@ that an answer is the same on every machine.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -68,8 +69,7 @@ class ExplorationBound(StrEnum):
     BYTES = "bytes"
 
 
-@dataclass(frozen=True, slots=True)
-class ExplorationLimits:
+class ExplorationLimits(Struct, frozen=True):
     """The limits of an exploration.
 
     Attributes:
@@ -81,8 +81,7 @@ class ExplorationLimits:
     bytes: int = 1 << 30
 
 
-@dataclass(frozen=True, slots=True)
-class Exceeded:
+class Exceeded(Struct, frozen=True):
     """Unknown: a limit ended the exploration.
 
     Attributes:

@@ -8,10 +8,11 @@ and plans. To add an engine: a class with the methods of `Engine`, and an entry 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.planning.engines.dense_engine import DenseEngine
 from scbm.planning.engines.engine import Exceeded, ExplorationLimits, LimitExceededError, check_states
@@ -31,8 +32,7 @@ _MAX_BITS = 63
 """Maximum number of bits of a code in an array."""
 
 
-@dataclass(frozen=True, slots=True)
-class EngineEntry:
+class EngineEntry(Struct, frozen=True):
     """An engine, and the systems that it is made for.
 
     Attributes:
@@ -79,8 +79,7 @@ __all__ = ["ENGINES", "Distances", "EngineEntry", "Exploration", "Found", "Reach
 _DEFAULT_LIMITS = ExplorationLimits()
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
+class Found(Struct, frozen=True):
     """The predicate holds in a reachable state.
 
     Attributes:
@@ -92,8 +91,7 @@ class Found:
     state: Mapping[str, Value]
 
 
-@dataclass(frozen=True, slots=True)
-class Unreachable:
+class Unreachable(Struct, frozen=True):
     """The predicate holds in no reachable state; this is proved."""
 
 

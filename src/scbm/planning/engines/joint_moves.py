@@ -7,8 +7,10 @@ Keeping only some values of each variable is a substitution, too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair, all_of, any_of, bits_of, normal_form, one_of
 from scbm.model.packing import ValueTable, value_table
@@ -88,8 +90,7 @@ def _column(values: Sequence[Value | None], table: ValueTable) -> tuple[Value | 
     return tuple(None if index is None else values[index] for index in table.indices)
 
 
-@dataclass(frozen=True, slots=True)
-class JointMove:
+class JointMove(Struct, frozen=True):
     """A move as one step.
 
     Attributes:

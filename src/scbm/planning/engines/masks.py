@@ -9,10 +9,11 @@ needs one shift for each way to set its variables; one stage for all variables w
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, TypeAlias, assert_never
+
+from msgspec import Struct
 
 from scbm.model.normal_form import (
     AllOf,
@@ -137,8 +138,7 @@ def _repeated(pattern: int, width: int, times: int) -> int:
     return doubled << width | pattern if times % 2 else doubled
 
 
-@dataclass(frozen=True, slots=True)
-class ShiftStage:
+class ShiftStage(Struct, frozen=True):
     """Variables that a move sets and that depend on each other.
 
     Attributes:

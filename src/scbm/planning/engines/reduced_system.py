@@ -7,9 +7,10 @@ variable, then by the one before it, and so on.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model.normal_form import NormalForm, allowed_values, bits_of, indices_of, normal_form
 from scbm.model.packing import BitRange, bit_width
@@ -28,16 +29,14 @@ Coordinates: TypeAlias = tuple[int, ...]
 """For each variable of a reduced system the index of its value among those that it can ever have."""
 
 
-@dataclass(frozen=True, slots=True)
-class ReducedRegion:
+class ReducedRegion(Struct, frozen=True):
     """An initial region of a reduced system: for each variable the numbers of its values, and a condition."""
 
     values: tuple[tuple[int, ...], ...]
     where: NormalForm
 
 
-@dataclass(frozen=True)
-class ReducedSystem:
+class ReducedSystem(Struct, frozen=True, dict=True):
     """The system that an engine explores.
 
     Attributes:
@@ -159,8 +158,7 @@ def _restricted_region(region: ReducedRegion, values: Sequence[tuple[int, ...]])
     return ReducedRegion(tuple(kept), restricted(region.where, values))
 
 
-@dataclass(frozen=True, slots=True)
-class StateCodes:
+class StateCodes(Struct, frozen=True):
     """The layout of codes.
 
     Attributes:

@@ -5,8 +5,9 @@ Relevant variables decide what is possible: states that differ only in other var
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model import Action, Add, Assign, Constant, Reference, StateSpace
 from scbm.model.predicates import TRUE, bounds
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
     from scbm.model import Predicate, Value
 
 
-@dataclass(frozen=True, slots=True)
-class MovePart:
+class MovePart(Struct, frozen=True):
     """A guard with actions that happen at once where it holds. A move has one part or more.
 
     A part whose actions would leave a domain is not enabled (semantics 2.4).
@@ -28,8 +28,7 @@ class MovePart:
     actions: tuple[Action, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Move:
+class Move(Struct, frozen=True):
     """One step of a system: all its parts, one after the other, or none of them.
 
     Attributes:
@@ -41,8 +40,7 @@ class Move:
     parts: tuple[MovePart, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class TransitionSystem:
+class TransitionSystem(Struct, frozen=True):
     """A space of variables and the moves between its states.
 
     Attributes:
@@ -54,8 +52,7 @@ class TransitionSystem:
     moves: tuple[Move, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Region:
+class Region(Struct, frozen=True):
     """A set of states given by values and a predicate, without a list of the states.
 
     Attributes:

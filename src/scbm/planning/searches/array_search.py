@@ -10,11 +10,11 @@ states on shortest plans, in the same order as before.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+from msgspec.structs import replace
 
 from scbm.planning.plan_answers import Answer, Limit, LimitReached, Solved, Unsolvable, raise_if_cancelled
 from scbm.planning.searches.array_states import ArrayProblem, KeyCollisionError, VisitedStates

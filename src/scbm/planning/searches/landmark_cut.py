@@ -7,10 +7,11 @@ lower bound. The landmarks of a successor are those of its predecessor without t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import accumulate, product
 from math import prod
 from typing import TYPE_CHECKING, TypeAlias
+
+from msgspec import Struct
 
 from scbm.model.normal_form import AllOf, NormalForm, OneOf, indices_of
 
@@ -27,8 +28,7 @@ MAX_RELAXED_MOVES = 1 << 13
 """Maximum number of relaxed moves: one for each combination of the values that a move copies or counts."""
 
 
-@dataclass(frozen=True, slots=True)
-class RelaxedMove:
+class RelaxedMove(Struct, frozen=True):
     """A move for some values of the variables that it copies or counts, without deletions.
 
     Attributes:

@@ -5,12 +5,12 @@ Backwards, states appear that no run reaches. Pairs of facts that cannot hold to
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 from scbm.model.normal_form import AllOf, OneOf, indices_of
 from scbm.planning.searches.array_states import MAX_CELLS, VisitedStates, columns_of
@@ -134,8 +134,7 @@ class _UndoMatrix:
         return before[:, is_possible]
 
 
-@dataclass(frozen=True)
-class _UndoColumn:
+class _UndoColumn(Struct, frozen=True):
     """One way to undo a move.
 
     Attributes:

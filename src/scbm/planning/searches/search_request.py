@@ -6,8 +6,9 @@ the status of the breadth-first search wherever that one decides within the limi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,8 +22,7 @@ def no_shortcut() -> None:
     """Return no answer."""
 
 
-@dataclass(frozen=True, slots=True)
-class SearchRequest:
+class SearchRequest(Struct, frozen=True):
     """One search.
 
     Attributes:
@@ -49,8 +49,7 @@ class PlanSearch(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class SearchEntry:
+class SearchEntry(Struct, frozen=True):
     """A search, and the systems that it is made for.
 
     Attributes:

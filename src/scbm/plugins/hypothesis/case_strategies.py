@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 from itertools import islice
 from typing import TYPE_CHECKING, TypeVar, assert_never
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar, assert_never
 from hypothesis import note
 from hypothesis import strategies as st
 from hypothesis.vendor.pretty import for_type_by_name
+from msgspec.structs import replace
 
 from scbm.cases import (
     CONDITIONS,

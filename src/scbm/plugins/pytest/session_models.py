@@ -6,12 +6,13 @@ Results are those of a session, or of one of its workers: by model, in the order
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from msgspec import Struct, structs
 
 from scbm.files import load_model, real_path, without_detours
 from scbm.model import InputError, PlannerChoice
@@ -62,8 +63,7 @@ class ModelResults(StrEnum):
     RANDOM = "random case"
 
 
-@dataclass(frozen=True, slots=True)
-class TestResult:
+class TestResult(Struct, frozen=True):
     """A case that was run.
 
     Attributes:
@@ -83,8 +83,7 @@ class TestResult:
     position: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class SessionPart:
+class SessionPart(Struct, frozen=True):
     """All cases of one model.
 
     Attributes:
@@ -130,7 +129,9 @@ class SessionResults:
         items: list[pytest.Item] = getattr(session, "items", [])
         positions = {item.nodeid: position for position, item in enumerate(items)}
         self._entries = [
-            entry if entry.position is not None else replace(entry, position=positions.get(entry.test, len(positions)))
+            entry
+            if entry.position is not None
+            else structs.replace(entry, position=positions.get(entry.test, len(positions)))
             for entry in self._entries
         ]
 
@@ -158,8 +159,7 @@ class SessionResults:
             yield SessionPart(shown, Path(key), tuple(entries), campaign, groups)
 
 
-@dataclass(frozen=True, slots=True)
-class LoadedModel:
+class LoadedModel(Struct, frozen=True):
     """A model with its file and its tester.
 
     Attributes:
@@ -219,7 +219,7 @@ class SessionModels:
         try:
             loaded = load_model(path)
         except InputError as error:
-            return InputError([replace(d, place=replace(d.place, file=shown)) for d in error.diagnostics])
+            return InputError([structs.replace(d, place=replace(d.place, file=shown)) for d in error.diagnostics])
         try:
             behavior = override_planner(loaded, planner, _PREFIX)
         except InputError as error:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.coverage import COVERABLE, KINDS, Threshold, WaiverReview
 from scbm.closing.certificate_files import certificates_in, check_file, open_certificates

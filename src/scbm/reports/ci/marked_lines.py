@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation
 from scbm.files import read_located
@@ -30,8 +32,7 @@ _ROLES = (
 """The parts of an operation that have lines: role, aspect, and the path of the keys below the operation."""
 
 
-@dataclass(frozen=True, slots=True)
-class MarkedLine:
+class MarkedLine(Struct, frozen=True):
     """A line of a model file.
 
     Attributes:
@@ -53,8 +54,7 @@ class MarkedLine:
     state: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class MarkedPart:
+class MarkedPart(Struct, frozen=True):
     """An operation or an automatic transition.
 
     Attributes:
@@ -74,8 +74,7 @@ class MarkedPart:
         return self.name == (str(obligation) if obligation.aspect is Aspect.TAKEN else obligation.subject)
 
 
-@dataclass(frozen=True, slots=True)
-class MarkedFile:
+class MarkedFile(Struct, frozen=True):
     """A model file.
 
     Attributes:
@@ -92,8 +91,7 @@ class MarkedFile:
         return tuple(line for line in self.lines if line.hits is not None)
 
 
-@dataclass(frozen=True, slots=True)
-class _LineMeaning:
+class _LineMeaning(Struct, frozen=True):
     """One meaning of a line: its part, its role, and the obligations; a visit of any of them executes the line."""
 
     part: str

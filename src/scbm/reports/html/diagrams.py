@@ -6,10 +6,11 @@ counts the visits of states and not of transitions, so only states are marked as
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement, tostring
+
+from msgspec import Struct
 
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, growth
 from scbm.model import format_duration
@@ -201,8 +202,7 @@ def _arrows(root: Element, operation: Operation, failing: tuple[str, ...]) -> No
     arrow.draw(f"M478 275 H492 {back}", (254, 346), "a new plan")
 
 
-@dataclass(frozen=True, slots=True)
-class _Arrows:
+class _Arrows(Struct, frozen=True):
     root: Element
     head: str
 

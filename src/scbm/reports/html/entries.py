@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, TypeVar
+
+from msgspec import Struct
 
 from scbm.cases.coverage import InstanceFolds, first_missed
 
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
 Row = TypeVar("Row")
 
 
-@dataclass(frozen=True, slots=True)
-class EntryCell:
+class EntryCell(Struct, frozen=True):
     """One aspect of all instances of an entry.
 
     Attributes:
@@ -41,8 +41,7 @@ class EntryCell:
         return EntryCell(aspect, decision, sum(is_visited for _, is_visited in found), len(found))
 
 
-@dataclass(frozen=True, slots=True)
-class MissedGroup:
+class MissedGroup(Struct, frozen=True):
     """The missed obligations of an entry, or of the parts between two entries with parameters.
 
     Attributes:

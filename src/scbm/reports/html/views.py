@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from markupsafe import Markup, escape
+from msgspec import Struct
 
 from scbm.cases.coverage import (
     STATE_ASPECTS,
@@ -79,8 +79,7 @@ def prose(words: str) -> Markup:
     return escape(plain) + Markup("").join(pieces)
 
 
-@dataclass(frozen=True, slots=True)
-class MatrixCell:
+class MatrixCell(Struct, frozen=True):
     """The visits of one obligation: the number of cases, and the labels of the first ones."""
 
     obligation: Obligation
@@ -89,8 +88,7 @@ class MatrixCell:
     missed: Missed | None
 
 
-@dataclass(frozen=True, slots=True)
-class OperationView:
+class OperationView(Struct, frozen=True):
     """An operation: a cell for each of its obligations, its lifecycle, and its lines of the model file."""
 
     operation: Operation
@@ -104,8 +102,7 @@ class OperationView:
         return all(cell.count for cell in self.cells)
 
 
-@dataclass(frozen=True, slots=True)
-class TransitionView:
+class TransitionView(Struct, frozen=True):
     """An automatic transition: its cell, and its line of the model file, if it is known."""
 
     transition: Transition
@@ -113,8 +110,7 @@ class TransitionView:
     line: int | None
 
 
-@dataclass(frozen=True, slots=True)
-class OperationGroup:
+class OperationGroup(Struct, frozen=True):
     """The instances of an operation with parameters; or the operations without between two of them, without a name."""
 
     entry: str | None
@@ -127,8 +123,7 @@ class OperationGroup:
         return all(view.is_covered for view in self.views)
 
 
-@dataclass(frozen=True, slots=True)
-class TransitionGroup:
+class TransitionGroup(Struct, frozen=True):
     """The instances of an automatic transition with parameters; or those without between two of them."""
 
     entry: str | None
@@ -141,8 +136,7 @@ class TransitionGroup:
         return all(view.cell.count for view in self.views)
 
 
-@dataclass(frozen=True, slots=True)
-class StepView:
+class StepView(Struct, frozen=True):
     """A case that increased the figure: its number and label, the obligations it added, and the figure after it."""
 
     number: int
@@ -164,8 +158,7 @@ class StepView:
         return StepView(step.number, step.case, len(step.added), words, step.figure)
 
 
-@dataclass(frozen=True, slots=True)
-class FindingView:
+class FindingView(Struct, frozen=True):
     """The cases that fail for one cause.
 
     Attributes:
@@ -187,8 +180,7 @@ class FindingView:
     place: str
 
 
-@dataclass(frozen=True, slots=True)
-class Visitors:
+class Visitors(Struct, frozen=True):
     """The cases that visit each obligation, as ascending indices into `History.cases`."""
 
     obligations: Obligations

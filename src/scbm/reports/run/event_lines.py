@@ -5,9 +5,11 @@ The terminal draws these lines below each other, and MCAP carries them as messag
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, assert_never
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.trace import (
     AutomaticTaken,
@@ -53,8 +55,7 @@ _STATE_MARKS = dict.fromkeys(OperationState, "└ ") | {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class EventLine:
+class EventLine(Struct, frozen=True):
     """One line of the log of a run.
 
     Attributes:

@@ -10,11 +10,11 @@ The file is neither compressed nor dated: equal runs give equal bytes.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, BinaryIO, assert_never
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
+from msgspec import Struct
 
 import scbm
 from scbm.cases.trace import (
@@ -60,8 +60,7 @@ _LEVELS = ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")
 _LEVEL_OF = {severity: _LEVELS.index(severity.name) for severity in RecordSeverity}
 
 
-@dataclass(frozen=True, slots=True)
-class McapMessage:
+class McapMessage(Struct, frozen=True):
     """One message.
 
     Attributes:

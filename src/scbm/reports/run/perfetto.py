@@ -8,9 +8,10 @@ a process is a group of tracks, a thread is a track of slices, and a counter is 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias, assert_never
+
+from msgspec import Struct
 
 from scbm.cases.trace import (
     AutomaticTaken,
@@ -60,8 +61,7 @@ _COLOURS = {"failed": "terrible", "timedout": "bad", "cancelled": "bad", "disabl
 """Colours of chrome://tracing for deviations from the nominal course; Perfetto derives colours from names."""
 
 
-@dataclass(frozen=True, slots=True)
-class Slice:
+class Slice(Struct, frozen=True):
     """An event with a duration, on a track of a group."""
 
     group: str
@@ -73,8 +73,7 @@ class Slice:
     colour: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Instant:
+class Instant(Struct, frozen=True):
     """An event without duration, on a track of a group."""
 
     group: str
@@ -84,8 +83,7 @@ class Instant:
     arguments: Arguments
 
 
-@dataclass(frozen=True, slots=True)
-class Sample:
+class Sample(Struct, frozen=True):
     """The value of a variable from `at_ns` on, as a number."""
 
     group: str
@@ -94,8 +92,7 @@ class Sample:
     number: int
 
 
-@dataclass(frozen=True, slots=True)
-class Arrow:
+class Arrow(Struct, frozen=True):
     """An arrow from the current operation to its request."""
 
     operation: str

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from math import floor
 from textwrap import wrap
 from typing import TYPE_CHECKING, NamedTuple, assert_never
 
+from msgspec import Struct
+from msgspec.structs import replace
 from rich.text import Text
 
 from scbm.cases.coverage import (
@@ -61,8 +62,7 @@ FIGURE_SEGMENTS = (_BEFORE, _NEW, _NEVER, _EXCLUDED, _WAIVED, _OPEN)
 """The segments of the bar, in their order."""
 
 
-@dataclass(frozen=True, slots=True)
-class ClosingSetting:
+class ClosingSetting(Struct, frozen=True):
     """The settings of the report: commands and files that it shows beside the result.
 
     Attributes:

@@ -5,10 +5,11 @@ The report has the reason for each missed obligation, and the commands that cove
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import TYPE_CHECKING
 
+from msgspec import Struct, field
+from msgspec.structs import replace
 from rich.text import Text
 
 from scbm.cases.coverage import Aspect, Decision, InstanceFolds, LiftedStatuses, Obligation, Statuses
@@ -150,8 +151,7 @@ _REAL = "Real resources"
 _ADVICE_INDENT = 17
 
 
-@dataclass(frozen=True, slots=True)
-class Setting:
+class Setting(Struct, frozen=True):
     """The settings of a report: commands and parts that it shows beside the results.
 
     Attributes:

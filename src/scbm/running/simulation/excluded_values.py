@@ -5,9 +5,10 @@ The runner applies them. From there on the state is forced, so that proofs about
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.trace import (
     SENT,
@@ -34,8 +35,7 @@ EXCLUDED = "the cell did what the model excludes; its proofs do not hold here"
 """What reports say about a run in which a driver sent such a value."""
 
 
-@dataclass(frozen=True, slots=True)
-class ExcludedValue:
+class ExcludedValue(Struct, frozen=True):
     """One value that a driver sent though nothing in the model could send it then.
 
     Attributes:

@@ -8,10 +8,11 @@ and simulated resources.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import replace
 from enum import StrEnum
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol
+
+from msgspec.structs import replace
 
 from scbm.cases import AT_ONCE, LOST, FaultAction, MessageInTransit, Network, OutcomeRule, Reaction
 from scbm.model import Outcome

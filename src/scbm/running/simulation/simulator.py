@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import heapq
 from copy import copy
-from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases import AT_ONCE
 from scbm.cases.trace import NETWORK, BecameCurrent, End, MessageDisturbed, OperationStepped, ResourceChanged
@@ -51,8 +51,7 @@ if TYPE_CHECKING:
     from scbm.running.simulation.free_choices import Choices
 
 
-@dataclass(frozen=True, slots=True)
-class Simulated:
+class Simulated(Struct, frozen=True):
     """The result of a simulated run.
 
     Attributes:

@@ -6,8 +6,10 @@ batches nor on the process that ran each of them (decision 37).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.cases.coverage import bits_of
 from scbm.testing.verdicts import FailureKind
@@ -57,8 +59,7 @@ class CaseOutcome(NamedTuple):
     excluded: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class FailureCause:
+class FailureCause(Struct, frozen=True):
     """One reason for failures; or all unmet expectations of one case.
 
     Attributes:
@@ -77,8 +78,7 @@ class FailureCause:
         return mine.kind is not FailureKind.EXPECTATION and mine.is_like(theirs)
 
 
-@dataclass(frozen=True, slots=True)
-class BatchSummary:
+class BatchSummary(Struct, frozen=True):
     """The results of the cases of one range, in bounded memory.
 
     Attributes:
@@ -215,8 +215,7 @@ def _add_cause(causes: list[FailureCause], cause: FailureCause) -> None:
     causes.append(cause)
 
 
-@dataclass
-class SummaryBuilder:
+class SummaryBuilder(Struct):
     """Builds the summary of one range, case by case.
 
     Attributes:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.model import InputError
 from scbm.testing.batches.batch_summary import MAX_LISTED, BatchSummary, SummaryBuilder, merge
@@ -24,8 +26,7 @@ _MAX_BATCH = 2_000
 """Maximum number of cases in a batch, so that a batch takes little memory wherever it runs."""
 
 
-@dataclass(frozen=True, slots=True)
-class StopRule:
+class StopRule(Struct, frozen=True):
     """When a campaign ends before its last case.
 
     Attributes:
@@ -53,8 +54,7 @@ def _dry_ends(total: BatchSummary, dry: int) -> Iterator[int]:
         before = new
 
 
-@dataclass(frozen=True, slots=True)
-class BatchRequest:
+class BatchRequest(Struct, frozen=True):
     """A range of cases to run.
 
     Attributes:
@@ -69,8 +69,7 @@ class BatchRequest:
     lists_all: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class BatchResult:
+class BatchResult(Struct, frozen=True):
     """The result of a batch.
 
     Attributes:
@@ -123,8 +122,7 @@ class BatchSizes:
             self._next = min(2.0 * self.next(), count * self._seconds / max(seconds, 1e-9))
 
 
-@dataclass(frozen=True, slots=True)
-class BatchPlan:
+class BatchPlan(Struct, frozen=True):
     """The batches that an executor makes of a campaign.
 
     Attributes:
@@ -179,8 +177,7 @@ class InProcess:
             yield result
 
 
-@dataclass(frozen=True, slots=True)
-class CampaignStep:
+class CampaignStep(Struct, frozen=True):
     """The state of a campaign after a batch.
 
     Attributes:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain, count
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.cases import Network
 from scbm.testing.random_cases import RandomCases
@@ -29,8 +31,7 @@ class CaseSource(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class ListedCases:
+class ListedCases(Struct, frozen=True):
     """Cases in memory."""
 
     cases: Sequence[Case]
@@ -44,8 +45,7 @@ class ListedCases:
         return self.cases[position - 1].name
 
 
-@dataclass(frozen=True, slots=True)
-class FollowedBy:
+class FollowedBy(Struct, frozen=True):
     """Some cases, and others after them.
 
     Attributes:
@@ -67,8 +67,7 @@ class FollowedBy:
         return self.first.name(position) if position <= self.count else self.rest.name(position - self.count)
 
 
-@dataclass(frozen=True)
-class CampaignWork:
+class CampaignWork(Struct, frozen=True, dict=True):
     """A campaign that is to be run; it can be sent to other processes as it is.
 
     Attributes:

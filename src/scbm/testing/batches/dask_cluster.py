@@ -14,12 +14,12 @@ import threading
 from collections import deque
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from distributed import Client, Future, KilledWorker, WorkerPlugin
 from distributed.comm.core import CommClosedError
+from msgspec import Struct, field
 
 import scbm
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -140,8 +140,7 @@ def _first_line(error: BaseException) -> str:
     return str(error).strip().partition("\n")[0] or type(error).__name__
 
 
-@dataclass(slots=True)
-class _Sent:
+class _Sent(Struct):
     """A batch that was sent to the cluster.
 
     Attributes:
@@ -155,8 +154,7 @@ class _Sent:
     given_up: int = 0
 
 
-@dataclass
-class _ClusterCampaign:
+class _ClusterCampaign(Struct):
     """One campaign on a cluster."""
 
     _client: Any
@@ -238,8 +236,7 @@ class VersionsDifferError(Exception):
     """The worker has another version of scbm than the command."""
 
 
-@dataclass
-class _WorkerCampaign:
+class _WorkerCampaign(Struct):
     """A campaign on a worker.
 
     Attributes:

@@ -10,9 +10,10 @@ mean size of a group, and an event that no case has shown yet brings a group of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import sqrt
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from scbm.cases.coverage import bits_of
 
@@ -30,8 +31,7 @@ _STEP = 1e-4
 """The step of numerical derivatives, in obligations."""
 
 
-@dataclass(frozen=True, slots=True)
-class Forecast:
+class Forecast(Struct, frozen=True):
     """An estimate of the coverage by more random cases; it proves nothing.
 
     Attributes:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.planning import Planner
 from scbm.running.search_guard import plan_guarded
@@ -19,8 +21,7 @@ if TYPE_CHECKING:
     from scbm.planning import Answer, PlanLimits
 
 
-@dataclass(frozen=True)
-class GoalSweep:
+class GoalSweep(Struct, frozen=True):
     """Planning problems with one model and one state.
 
     Attributes:

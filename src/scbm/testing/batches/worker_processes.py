@@ -15,8 +15,9 @@ from collections import deque
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
+
+from msgspec import Struct
 
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.batches.campaign_runs import BatchSizes, run_batch, tester_of
@@ -79,8 +80,7 @@ class WorkerProcesses:
             workers.kill()
 
 
-@dataclass(slots=True)
-class _Pending:
+class _Pending(Struct):
     """A batch that is not merged yet."""
 
     request: BatchRequest

@@ -8,7 +8,6 @@ request.
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from itertools import chain
@@ -75,8 +74,7 @@ class LogStep(Struct, frozen=True):
     after: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class EventLog:
+class EventLog(Struct, frozen=True):
     """One run.
 
     Attributes:

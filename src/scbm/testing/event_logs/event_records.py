@@ -7,11 +7,11 @@ says so.
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from msgspec import Meta, Struct, structs
+from msgspec.structs import asdict
 
 from scbm.cases import Condition, Injection, Reaction, condition_kind
 from scbm.cases.trace import NETWORK, SENT, MessageDisturbed, ResourceChanged

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases import FaultAction, WindowFault
 from scbm.cases.trace import OperationStepped, assignments
@@ -24,8 +26,7 @@ RULE_FIELDS = ("latency_ns", "measured", "reply", "request", "cancel", "outcome"
 """The fields of a rule, the most dispensable first."""
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Size:
+class Size(Struct, frozen=True, order=True):
     """The size of a failing case; compared from the first figure to the last.
 
     Attributes:
@@ -121,8 +122,7 @@ def _length(time_ns: int) -> int:
 _Part = TypeVar("_Part")
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(Struct, frozen=True):
     """One choice of a case; without it the case does not fail for the same reason.
 
     Attributes:

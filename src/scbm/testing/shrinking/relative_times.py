@@ -6,8 +6,9 @@ moves with it; one with a time of its own would come at another moment of the ru
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
 
 from scbm.cases.trace import MeasurementReceived, ReplyReceived, RunnerStarted
 from scbm.model import Constant, Equal, Reference, Role

@@ -6,8 +6,9 @@ case still fails is found out by running it.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
+
+from msgspec.structs import replace
 
 from scbm.cases import Network, WindowFault
 from scbm.model import And
@@ -166,10 +167,11 @@ def _plainer_faults(case: Case, _: BehaviorModel) -> Iterator[Case]:
 
 
 def _rounder_window(window: FaultWindow) -> Iterator[FaultWindow]:
+    struct = cast("Any", window)
     for time_ns in _rounder(window.at_ns):
-        yield replace(window, at_ns=time_ns)
+        yield replace(struct, at_ns=time_ns)
     for time_ns in _rounder(window.for_ns):
-        yield replace(window, for_ns=time_ns)
+        yield replace(struct, for_ns=time_ns)
 
 
 def _rounder(time_ns: int) -> Iterator[int]:

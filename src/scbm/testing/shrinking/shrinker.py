@@ -7,8 +7,10 @@ each attempt it runs the case. Nothing is drawn, so the same case shrinks to the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases import Expectations
 from scbm.model import InitialStates
@@ -43,8 +45,7 @@ MAX_RECORDS = 500_000
 """Maximum number of records in the traces of all attempts: five to ten seconds."""
 
 
-@dataclass(frozen=True, slots=True)
-class Shrunk:
+class Shrunk(Struct, frozen=True):
     """The result of shrinking.
 
     Attributes:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, ClassVar, get_args
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.trace import (
     SENT,

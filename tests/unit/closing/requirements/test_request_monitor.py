@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from scbm.closing import CloseLimits
 from scbm.closing.proofs.proofs import scope_of_proofs

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from typing import TypeAlias
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.cases.trace import AutomaticTaken, OperationStepped, RequestSent, RunnerStarted
 from scbm.closing import CloseLimits

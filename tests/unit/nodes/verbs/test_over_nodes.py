@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
 import pytest
 from msgspec import structs
+from msgspec.structs import replace
 
 from scbm.cases import Case, OutcomeRule
 from scbm.cases.trace import SENT, InjectionApplied, PlanReceived

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, find, given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from scbm.cases import Case, Network
 from scbm.cases.trace import End, ends_of

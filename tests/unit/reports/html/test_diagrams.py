@@ -1,10 +1,10 @@
 """The lifecycle of an operation as a picture: its figures are those of coverage, and it says only what is so."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from lxml import etree
+from msgspec.structs import replace
 
 from scbm.cases.coverage import STATE_ASPECTS, Decision, Obligation, Statuses, StatusProof
 from scbm.files import load_model

@@ -1,10 +1,10 @@
 """How the figure grew with the cases: a point for each case that added something, and nothing else."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import pytest
 from lxml import etree
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Figure
 from scbm.reports.html.diagrams import growth_svg

@@ -8,7 +8,7 @@ import sys
 import weakref
 from base64 import b64decode
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, get_args
@@ -227,7 +227,7 @@ def test_each_block_can_be_opened_without_the_others() -> None:
     assert [record.at_ns for record in _records(packed, last)] == [r.at_ns for r in executions[129].trace.records]
 
 
-class _Watched(Execution):
+class _Watched(Execution, frozen=True, weakref=True):
     """An execution whose life can be watched."""
 
 
@@ -240,7 +240,7 @@ def test_executions_are_not_kept() -> None:
         nonlocal most
         for case in RandomCases(BEFORE).first(70, 1):
             run = TESTER.execute(case)
-            watched = _Watched(*(getattr(run, field.name) for field in fields(run)))
+            watched = _Watched(*(getattr(run, name) for name in run.__struct_fields__))
             alive.append(weakref.ref(watched))
             most = max(most, sum(ref() is not None for ref in alive))
             yield watched

@@ -65,7 +65,7 @@ def test_a_killed_worker_changes_nothing() -> None:
     assert sums[-1] == total(work, InProcess())
 
 
-class Deadly(Case):
+class Deadly(Case, frozen=True):
     """A case that ends the process that unpickles it."""
 
     def __reduce__(self) -> tuple[Callable[[int], Any], tuple[int]]:

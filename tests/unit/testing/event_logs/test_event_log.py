@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs, to_builtins
+from msgspec.structs import replace
 
 from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule, Reaction
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunnerStarted
