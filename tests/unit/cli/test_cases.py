@@ -130,7 +130,7 @@ def test_the_cases_of_the_example_visit_everything(scbm: Scbm, wording: Wording)
 @pytest.mark.slow
 def test_files_and_random_cases_may_be_mixed(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("test", AFTER, CASES, "--cases", 3, "--seed", 9)
-    wording(ran.out.splitlines()[3])
+    wording(line for line in ran.out.splitlines() if "written cases" in line)
     assert len(json.loads(scbm("test", AFTER, CASES, "--cases", 3, "--seed", 9, "--json").out)["cases"]) == 10
     assert len(json.loads(scbm("test", AFTER, CASES, "--json").out)["cases"]) == 7
 

@@ -97,9 +97,7 @@ def test_a_log_is_judged_by_its_case(scbm: Scbm, tmp_path: Path, wording: Wordin
 
 
 @pytest.mark.slow
-def test_what_happened_to_the_requests_of_a_log_excuses_that_the_goal_is_not_reached(
-    scbm: Scbm, tmp_path: Path, wording: Wording
-) -> None:
+def test_requests_of_a_log_without_reply_excuse_that_the_goal_is_not_reached(scbm: Scbm, tmp_path: Path) -> None:
     goal = MODEL.goals[0]
     case = RandomCases(MODEL).case(1, 1)
     everything = [OutcomeRule(r.name, 1, None, Outcome.TIMEOUT) for r in MODEL.resources]
@@ -107,11 +105,6 @@ def test_what_happened_to_the_requests_of_a_log_excuses_that_the_goal_is_not_rea
     log = replace(log, digest=digest_of(MODEL), model_file=str(AFTER))
     assert log.end is not End.REACHED
     assert scbm("replay", _save(log, tmp_path / "run.jsonl")).code == 0
-    blameless = tuple(replace(reaction, outcome=Outcome.SUCCEED) for reaction in log.reactions)
-    case = replace(log.case, outcomes=())
-    ran = scbm("replay", _save(replace(log, case=case, reactions=blameless), tmp_path / "run.jsonl"))
-    assert ran.code == 1
-    wording(line for line in ran.out.splitlines() if "FAILED" in line)
 
 
 def test_another_trace_than_the_recorded_one_is_reported(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
