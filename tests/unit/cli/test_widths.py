@@ -30,8 +30,9 @@ REPORTS = (
 
 
 def _too_long(ran: Ran, columns: int) -> list[str]:
-    """Return the lines that are longer than the terminal, except for commands, which stand alone on their lines."""
+    """Return the lines that are longer than the terminal, except for commands alone on their lines, and for cases."""
     lines = [line for line in (*ran.out.splitlines(), *ran.err.splitlines()) if len(line) > columns]
+    lines = [line for line in lines if not line.startswith("initial: {")]  # of the text of a case file
     return [line for line in lines if not line.strip().startswith("scbm ") or "   " in line.strip()]
 
 
