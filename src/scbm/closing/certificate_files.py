@@ -15,7 +15,7 @@ from scbm.closing.proof_reasons import REASONS_SUFFIX, read_reasons
 from scbm.files import digest_of, open_input, read_file, without_detours
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, Slug
 from scbm.model.json_reader import JsonError, read_json
-from scbm.model.partly_compared import PartlyCompared
+from scbm.model.struct_classes import PartlyCompared
 from scbm.model.visible_text import shell_word
 from scbm.proofcheck import RunsArgument
 

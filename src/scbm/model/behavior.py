@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from scbm.model.partly_compared import PartlyCompared
 from scbm.model.predicates import TRUE, Predicate
+from scbm.model.struct_classes import PartlyCompared
 from scbm.model.variables import State, StateSpace, Variable, resource_variables, runner_variables
 
 if TYPE_CHECKING:

@@ -5,7 +5,6 @@ There is one family of exceptions. Every error that a user can cause is an `Inpu
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ from msgspec import Struct
 from msgspec.structs import force_setattr
 
 from scbm.model.slugs import Slug
+from scbm.model.struct_classes import PartlyCompared
 from scbm.model.visible_text import printable
 
 if TYPE_CHECKING:
@@ -30,8 +30,7 @@ class Severity(StrEnum):
     NOTE = "note"
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Place:
+class Place(PartlyCompared, frozen=True):
     """A range of one line of a text.
 
     Attributes:
@@ -47,7 +46,14 @@ class Place:
     line: int = 0
     column: int = 0
     length: int = 1
-    user: Place | None = field(default=None, compare=False, repr=False)
+    user: Place | None = None
+    uncompared = ("user",)
+
+    def __lt__(self, other: Place) -> bool:
+        return self._compared() < other._compared()
+
+    def _compared(self) -> tuple[str, int, int, int]:
+        return self.file, self.line, self.column, self.length
 
     def used_at(self, user: Place) -> Place:
         """Return the place of the same text, whose last user is used at `user`."""

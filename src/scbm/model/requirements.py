@@ -7,16 +7,17 @@ it. The grammar, the printed sentence, the JSON Schema and the tables of the doc
 from __future__ import annotations
 
 import re
-from abc import ABCMeta, abstractmethod
+from abc import abstractmethod
 from enum import Enum, StrEnum
 from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, assert_never, cast
 
-from msgspec import Struct, StructMeta
+from msgspec import Struct
 
 from scbm.model.durations import format_duration, format_moment
 from scbm.model.predicates import Not, Predicate, conjunction
+from scbm.model.struct_classes import AbstractStruct
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -69,11 +70,7 @@ class ObservedRun(Protocol):
         ...
 
 
-class _AbstractStruct(StructMeta, ABCMeta):
-    """The class of structs with abstract methods."""
-
-
-class RequirementForm(Struct, frozen=True, metaclass=_AbstractStruct):
+class RequirementForm(Struct, frozen=True, metaclass=AbstractStruct):
     """A sentence that a requirement says. Its subclasses are the forms.
 
     The fields of a form have the values of the letters of the pattern, in the same order: predicates, durations

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from msgspec import Struct, field
 
-from scbm.model.partly_compared import PartlyCompared
+from scbm.model.struct_classes import PartlyCompared
 from scbm.model.variables import request_state_name, trigger_name
 
 if TYPE_CHECKING:

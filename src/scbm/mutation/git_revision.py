@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from msgspec import structs
+from msgspec.structs import replace
 
 from scbm.cli.options.option_errors import option_error
 from scbm.files import load_model, real_path
@@ -90,7 +89,7 @@ def _model_at(revision: str, path: Path) -> BehaviorModel:
 def _at(revision: str, folder: Path, found: Diagnostic) -> Diagnostic:
     """Return an error in a file of a folder as one in a revision."""
     place = replace(found.place, file=found.place.file.replace(f"{folder}/", f"{revision}:"))
-    return structs.replace(found, message=found.message.replace(f"{folder}/", f"{revision}:"), place=place)
+    return replace(found, message=found.message.replace(f"{folder}/", f"{revision}:"), place=place)
 
 
 def _write_files(path: Path, commit: str, folder: Path) -> None:

@@ -21,7 +21,7 @@ from scbm.cases.trace import (
     sentence_of,
 )
 from scbm.model import InitialStates, RunPlans, format_moment
-from scbm.model.partly_compared import PartlyCompared
+from scbm.model.struct_classes import PartlyCompared
 from scbm.planning import (
     PLANNERS,
     DrawnPlans,

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated
 
 from msgspec import Struct
 
-from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error, refuse_given
 from scbm.cli.options.registry_options import NameOf
@@ -83,11 +82,6 @@ Interface = Annotated[
 Real = Annotated[
     list[str] | None,
     HelpSection.NODES.option("--real", metavar="NAME", help="Reach this resource at its driver; else it is simulated."),
-]
-Bindings = Annotated[
-    Path | None,
-    HelpSection.NODES.option("--bindings", metavar="FILE", help="A file that binds resources to drivers."),
-    Reads("the bindings"),
 ]
 Reached = Annotated[
     Via | None,

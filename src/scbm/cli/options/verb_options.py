@@ -91,3 +91,8 @@ RerunTimeLimit = Annotated[
 ]
 AllChanges = Annotated[bool, HelpSection.OUTPUT.option("--all", help="Show changes of every variable.")]
 TraceFile = Annotated[Path | None, HelpSection.OUTPUT.option("--trace", help="Write the trace to a file.")]
+Bindings = Annotated[
+    Path | None,
+    HelpSection.NODES.option("--bindings", metavar="FILE", help="A file that binds resources to drivers."),
+    Reads("the bindings"),
+]

@@ -9,9 +9,8 @@ from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.options.command_inputs import Reads
-from scbm.cli.options.node_options import Bindings
 from scbm.cli.options.option_errors import option_error
-from scbm.cli.options.verb_options import Json
+from scbm.cli.options.verb_options import Bindings, Json
 from scbm.cli.output.terminal import activity_display, count_of, errors, results, write_json
 from scbm.closing.advice import THOROUGH, Checked, CheckLimits, Doubt, check_model
 from scbm.closing.current_date import today

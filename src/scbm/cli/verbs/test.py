@@ -17,7 +17,6 @@ from scbm.cli.campaigns.test_campaign import (
 from scbm.cli.options.campaign_options import read_executor, read_thresholds, refuse_asserted
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
-    Bindings,
     Domain,
     Interface,
     Logs,
@@ -42,6 +41,7 @@ from scbm.cli.options.option_errors import OptionReader
 from scbm.cli.options.planner_options import RunPlanner
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.cli.options.verb_options import (
+    Bindings,
     Cases,
     CaseTimeLimit,
     Cluster,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from msgspec import structs
+from msgspec.structs import replace
 
 from scbm.cases import (
     Case,
@@ -107,7 +106,7 @@ _NO_PLAN = ("unsolvable", "limit_reached", "no_plan_found")
 """The answers of a planner that are no plans."""
 
 
-class RecordedPlanType(KeyType[tuple[RecordedPlan, ...]]):
+class RecordedPlanType(KeyType[tuple[RecordedPlan, ...]], frozen=True):
     """A list of answers: each is a list of operations, or the word for an answer that is no plan."""
 
     words = "list of answers"
@@ -335,7 +334,7 @@ class CaseToWrite(NamedTuple):
     def injections(self) -> tuple[Injection, ...]:
         """The injections, without names that the file need not say."""
         numbered = enumerate(self.case.injections, start=1)
-        return tuple(structs.replace(each, name="") if each.name == f"injection_{n}" else each for n, each in numbered)
+        return tuple(replace(each, name="") if each.name == f"injection_{n}" else each for n, each in numbered)
 
     @property
     def initial(self) -> dict[str, Any]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+
+from msgspec import field
 
 from scbm.cases.trace import End
 from scbm.files.codec.keys import Data, Definitions, Keys, KeyType, ShapeCheck, Spot
@@ -28,8 +29,7 @@ K = TypeVar("K", bound=Keys)
 # sorts of types
 
 
-@dataclass(frozen=True)
-class TextType(KeyType[T | None], Generic[T]):
+class TextType(KeyType[T | None], Generic[T], frozen=True):
     """A type whose values are made of scalars; its value is `None` if it is wrong.
 
     Attributes:
@@ -47,8 +47,7 @@ class TextType(KeyType[T | None], Generic[T]):
         return dict(self.json)
 
 
-@dataclass(frozen=True)
-class ScalarType(TextType[T]):
+class ScalarType(TextType[T], frozen=True):
     """A scalar: `reader` reads it from a node with this text, `writer` gives its data."""
 
     reader: Callable[[ValueReader, YamlNode, str], T | None]
@@ -68,7 +67,7 @@ class ScalarType(TextType[T]):
         return self.writer(value)
 
 
-class RequirementType(ScalarType[RequirementForm]):
+class RequirementType(ScalarType[RequirementForm], frozen=True):
     """A requirement: its JSON Schema lists the forms that there are now."""
 
     def schema(self, definitions: Definitions) -> dict[str, Data]:
@@ -77,8 +76,7 @@ class RequirementType(ScalarType[RequirementForm]):
         return {**super().schema(definitions), "description": f"{patterns}."}
 
 
-@dataclass(frozen=True)
-class ScalarOrListType(TextType[T]):
+class ScalarOrListType(TextType[T], frozen=True):
     """A scalar, or a list of scalars, each of which messages call `expected_element`."""
 
     expected_element: str
@@ -106,14 +104,13 @@ class ScalarOrListType(TextType[T]):
         return self.writer(value)
 
 
-class ScalarListType(ScalarOrListType[T]):
+class ScalarListType(ScalarOrListType[T], frozen=True):
     """A list of scalars."""
 
     takes_scalar = False
 
 
-@dataclass(frozen=True)
-class MappingType(KeyType[K]):
+class MappingType(KeyType[K], frozen=True):
     """A mapping with known keys. Its value is the mapping bound to its node."""
 
     keys: type[K]
@@ -141,8 +138,7 @@ class MappingType(KeyType[K]):
         return (self.keys,)
 
 
-@dataclass(frozen=True)
-class ScalarOrMappingType(MappingType[K]):
+class ScalarOrMappingType(MappingType[K], frozen=True):
     """A mapping, or a scalar that stands for one.
 
     Attributes:
@@ -171,8 +167,7 @@ class ScalarOrMappingType(MappingType[K]):
         return {"anyOf": [self.json, super().schema(definitions)]}
 
 
-@dataclass(frozen=True)
-class NamesType(KeyType[tuple[Entry[T], ...]]):
+class NamesType(KeyType[tuple[Entry[T], ...]], frozen=True):
     """A mapping from names to values of the type `inner`. `in_flow` decides whether its data is written on one line."""
 
     inner: KeyType[T]
@@ -207,8 +202,7 @@ class NamesType(KeyType[tuple[Entry[T], ...]]):
         return self.inner.mappings()
 
 
-@dataclass(frozen=True)
-class MappingListType(KeyType[tuple[K, ...]]):
+class MappingListType(KeyType[tuple[K, ...]], frozen=True):
     """A list of mappings with known keys."""
 
     keys: type[K]

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import json
 import re
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from inspect import cleandoc
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeAlias, TypeVar, overload
@@ -27,6 +27,7 @@ from msgspec import Struct
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.yaml_writer import FlowMapping
 from scbm.model import Place, Slug
+from scbm.model.struct_classes import AbstractStruct
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -168,16 +169,19 @@ class Definitions:
         return {title: self._schemas[title] for title in sorted(self._schemas)}
 
 
-class KeyType(ABC, Generic[T_co]):
+class KeyType(Struct, Generic[T_co], frozen=True, metaclass=AbstractStruct):
     """The type of the value under a key.
 
     Attributes:
-        words: what the documentation calls it.
         has_title: whether its JSON Schema gets a title.
     """
 
-    words: str
     has_title: ClassVar[bool] = True
+
+    @property
+    @abstractmethod
+    def words(self) -> str:
+        """The words of the documentation for it; subclasses have them as a field."""
 
     @abstractmethod
     def check(self, spot: Spot, check: ShapeCheck) -> None:

@@ -134,7 +134,7 @@ class GoalKeys(Keys):
     where = where_key()
 
 
-class GoalType(KeyType[ModelGoal]):
+class GoalType(KeyType[ModelGoal], frozen=True):
     """A goal: a predicate, or a mapping."""
 
     words = "predicate, or goal"
@@ -208,7 +208,7 @@ class RunsKeys(Keys):
         return RunsDeclaration(self.goals, self.plans)
 
 
-class RequirementsOffType(NamesType[str | None]):
+class RequirementsOffType(NamesType[str | None], frozen=True):
     """The built-in requirements that a model switches off, each with its reason."""
 
     def schema(self, definitions: Definitions) -> dict[str, Data]:

@@ -151,7 +151,7 @@ _RULE = "an outcome such as `fail`, a mapping such as `{outcome: fail, after: 2 
 _ELEMENT = "an outcome such as `fail`, or a mapping such as `{outcome: fail, after: 2 s}`"
 
 
-class RuleType(KeyType[OutcomeKeys]):
+class RuleType(KeyType[OutcomeKeys], frozen=True):
     """An outcome, a mapping, or a list of both: what happens to the requests of one name."""
 
     words = "rule"

@@ -201,7 +201,7 @@ _WEIGHTS = NamesType(
 )
 
 
-class DrawnType(KeyType["YamlNode | None"]):
+class DrawnType(KeyType["YamlNode | None"], frozen=True):
     """The values of a variable that replies draw from, or a mapping from values to weights."""
 
     words = "`any`, a list of values, or value → weight"
@@ -246,7 +246,7 @@ class SentVariables(NamedTuple):
         return {name: list(known.get(name, ())) or "any" for name in self.names} if known else list(self.names)
 
 
-class SentType(KeyType[SentVariables | None]):
+class SentType(KeyType[SentVariables | None], frozen=True):
     """A list of variables, or a mapping from variables to the values that a resource sends."""
 
     words = "list of variables, or variable → `any` or a list of values"

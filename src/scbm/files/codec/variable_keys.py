@@ -125,7 +125,7 @@ def _domain_remedy(written: str) -> str:
 # values of a domain
 
 
-class _InitialType(ScalarType["YamlNode"]):
+class _InitialType(ScalarType["YamlNode"], frozen=True):
     """The initial value of a variable."""
 
     def check(self, spot: Spot, check: ShapeCheck) -> None:

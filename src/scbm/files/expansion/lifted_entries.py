@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from itertools import chain, product
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from scbm.files.expansion.static_facts import QUANTIFIERS, WORD
 from scbm.files.language.grammar import keywords

@@ -3,7 +3,6 @@
 from functools import partial
 
 from scbm.cli.options.node_options import (
-    Bindings,
     Domain,
     Interface,
     NodeTransport,
@@ -28,7 +27,7 @@ from scbm.cli.options.planner_options import (
     PlannerOptions,
     Plans,
 )
-from scbm.cli.options.verb_options import Model
+from scbm.cli.options.verb_options import Bindings, Model
 from scbm.nodes import Bus, ControllerNode, NodeContext
 from scbm.nodes.verbs.node_setup import open_rclpy, serve_node
 from scbm.testing.random_streams import draw_plans

@@ -6,13 +6,13 @@ Results are those of a session, or of one of its workers: by model, in the order
 from __future__ import annotations
 
 import pickle
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from msgspec import Struct, structs
+from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.files import load_model, real_path, without_detours
 from scbm.model import InputError, PlannerChoice
@@ -129,9 +129,7 @@ class SessionResults:
         items: list[pytest.Item] = getattr(session, "items", [])
         positions = {item.nodeid: position for position, item in enumerate(items)}
         self._entries = [
-            entry
-            if entry.position is not None
-            else structs.replace(entry, position=positions.get(entry.test, len(positions)))
+            entry if entry.position is not None else replace(entry, position=positions.get(entry.test, len(positions)))
             for entry in self._entries
         ]
 
@@ -219,7 +217,7 @@ class SessionModels:
         try:
             loaded = load_model(path)
         except InputError as error:
-            return InputError([structs.replace(d, place=replace(d.place, file=shown)) for d in error.diagnostics])
+            return InputError([replace(d, place=replace(d.place, file=shown)) for d in error.diagnostics])
         try:
             behavior = override_planner(loaded, planner, _PREFIX)
         except InputError as error:

@@ -74,7 +74,7 @@ class TableKeys(Keys):
     )
 
 
-class LiftedRequirementType(RequirementType):
+class LiftedRequirementType(RequirementType, frozen=True):
     """A requirement; with parameters and a condition it is written as a mapping."""
 
     def check(self, spot: Spot, check: ShapeCheck) -> None:

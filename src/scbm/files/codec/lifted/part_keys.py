@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.files.codec.key_types import NAME_NODE, MappingType, NamesType, ScalarOrListType, node_of
@@ -14,8 +13,7 @@ if TYPE_CHECKING:
     from scbm.files.codec.value_reader import Entry, ValueReader
 
 
-@dataclass(frozen=True)
-class AnyType(KeyType[YamlNode]):
+class AnyType(KeyType[YamlNode], frozen=True):
     """Anything: what it has to be depends on where the part uses it."""
 
     words: str = "anything"

@@ -1,10 +1,15 @@
-"""Records of which equality leaves out some fields, such as the place in a text."""
+"""Classes of structs: with abstract methods, and with fields that equality leaves out, such as the place in a text."""
 
 from __future__ import annotations
 
+from abc import ABCMeta
 from typing import ClassVar
 
-from msgspec import Struct
+from msgspec import Struct, StructMeta
+
+
+class AbstractStruct(StructMeta, ABCMeta):
+    """The metaclass of structs with abstract methods."""
 
 
 class PartlyCompared(Struct, frozen=True, eq=False):
