@@ -1,9 +1,9 @@
-"""The parts of reports about asserted obligations: lines for the terminal, and JSON (decision 52)."""
+"""The lines of reports about asserted obligations (decision 52)."""
 
 from __future__ import annotations
 
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
@@ -79,28 +79,3 @@ def unasserted_lines(evidence: AssertionEvidence, columns: int = DEFAULT_COLUMNS
         yield Text(f"  and {len(rows) - MAX_LISTED} more: `--json` and the page of `scbm report --html` have all")
     if command:
         yield command_text("  ", command, "shows the changes that no case notices")
-
-
-def asserted_json(evidence: AssertionEvidence) -> dict[str, Any]:
-    """Return what a store says about asserted obligations as data for `json`."""
-    found, figure = evidence.found, evidence.figure
-    entries = () if found is None else found.entries
-    return {
-        "percent": figure.percent,
-        "asserted": figure.visited,
-        "of": figure.of,
-        "counts": {answer.value: 0 if found is None else len(found.with_answer(answer)) for answer in Assertion},
-        "why_none": evidence.why_none or None,
-        "obligations": [
-            {
-                "name": str(entry.obligation),
-                "answer": entry.answer.value,
-                "mutants": entry.mutants,
-                "noticed": entry.noticed,
-                "unnoticed": entry.unnoticed,
-                "equivalent": entry.equivalent,
-                "undecided": entry.undecided,
-            }
-            for entry in entries
-        ],
-    }

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from scbm.testing.batches.campaign_work import CampaignWork
     from scbm.testing.batches.worker_processes import WorkerProcesses
     from scbm.testing.campaign import Campaign, CaseResult
+    from scbm.testing.campaign_result import CampaignResult
     from scbm.testing.campaign_results_json import FORMAT_VERSION, campaign_json, coverage_json
     from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
     from scbm.testing.random_cases import RandomCases, draw_network
@@ -29,6 +30,7 @@ __all__ = [
     "MAX_SHRUNK",
     "Answers",
     "Campaign",
+    "CampaignResult",
     "CampaignWork",
     "CaseResult",
     "Choice",
@@ -69,6 +71,7 @@ __getattr__ = lazy_exports(
         "batches.campaign_work": "CampaignWork",
         "batches.worker_processes": "WorkerProcesses",
         "campaign": "Campaign CaseResult",
+        "campaign_result": "CampaignResult",
         "campaign_results_json": "FORMAT_VERSION campaign_json coverage_json",
         "shrinking.case_sizes": "Choice Size",
         "real_drivers": "Answers",

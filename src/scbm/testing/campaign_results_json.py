@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from msgspec import to_builtins
 from msgspec.structs import asdict
 
 from scbm.cases.coverage import (
     STATE_ASPECTS,
     Aspect,
+    Assertion,
     Coverage,
     LiftedStatuses,
     Statuses,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from scbm.cases.coverage import Figure
+    from scbm.cases.coverage import AssertionEvidence, Figure
     from scbm.model import Waiver
     from scbm.testing.campaign import Campaign, CaseResult
+    from scbm.testing.campaign_result import CampaignResult
     from scbm.testing.findings import Finding
     from scbm.testing.real_drivers import Answers
     from scbm.testing.shrinking.shrinker import Shrunk
@@ -30,41 +31,31 @@ FORMAT_VERSION = 4
 """The version of the format of `campaign_json`."""
 
 
-def campaign_json(
-    campaign: Campaign,
-    seed: int,
-    findings: Sequence[Finding],
-    commands: Sequence[str],
-    answers: Sequence[Answers] = (),
-) -> dict[str, Any]:
-    """Return the campaign as data that `json` can write; equal campaigns of one seed give equal bytes.
-
-    Args:
-        campaign: what was run.
-        seed: what random cases were drawn from.
-        findings: what failed.
-        commands: for each finding the command that shows it again.
-        answers: how real resources answered, if there are any.
-    """
-    decided = Statuses.of(campaign.coverage, forced=campaign.forced)
-    real = {"real_resources": [_answers(of_one) for of_one in answers]} if answers else {}
+def campaign_json(result: CampaignResult) -> dict[str, Any]:
+    """Return the result of a campaign as data that `json` can write; equal campaigns of one seed give equal bytes."""
+    campaign, is_over_nodes = result.campaign, bool(result.answers or result.excluded)
     return {
         "format_version": FORMAT_VERSION,
         "model": campaign.model.name,
-        "seed": seed,
+        "seed": result.seed,
         "passed": not campaign.failed_count,
         "coverage": coverage_json(campaign.coverage),
-        "statuses": statuses_json(decided),
-        **lifted_json(LiftedStatuses.of(campaign.model, decided)),
+        "statuses": statuses_json(result.statuses),
+        **lifted_json(result.lifted),
         "simulated_seconds": campaign.simulated_ns / 1e9,
-        "findings": [_finding(*pair) for pair in zip(findings, commands, strict=True)],
-        **real,
+        "findings": [_finding(*pair) for pair in zip(result.findings, result.commands, strict=True)],
+        **({"real_resources": [_answers(of_one) for of_one in result.answers]} if result.answers else {}),
         "forecast": None if campaign.forecast is None else asdict(campaign.forecast),
         "case_count": campaign.count,
         "excused": {excuse.value: count for excuse, count in campaign.summary.excuses},
         "short_of_goal": campaign.summary.short_count,
         "requirements_off": dict(campaign.model.requirements_off),
-        "cases": [_case(result, campaign) for result in campaign.results],
+        "cases": [_case(each, campaign) for each in campaign.results],
+        **({"excluded_values": to_builtins(result.excluded)} if is_over_nodes else {}),
+        "random_cases": {"count": result.random, "reached": result.random_reached},
+        **({} if result.evidence is None else {"asserted": asserted_json(result.evidence)}),
+        **({} if result.dry is None else {"dry": {"cases": result.dry, "reached": result.is_dry}}),
+        **({"ended_early": result.ended_early} if result.ended_early else {}),
     }
 
 
@@ -223,4 +214,29 @@ def _case(result: CaseResult, campaign: Campaign) -> dict[str, Any]:
         "simulated_seconds": result.ended_ns / 1e9,
         "requests": result.requests,
         "visited": list(campaign.coverage.obligations.names(result.visited)),
+    }
+
+
+def asserted_json(evidence: AssertionEvidence) -> dict[str, Any]:
+    """Return what a store says about asserted obligations as data for `json`."""
+    found, figure = evidence.found, evidence.figure
+    entries = () if found is None else found.entries
+    return {
+        "percent": figure.percent,
+        "asserted": figure.visited,
+        "of": figure.of,
+        "counts": {answer.value: 0 if found is None else len(found.with_answer(answer)) for answer in Assertion},
+        "why_none": evidence.why_none or None,
+        "obligations": [
+            {
+                "name": str(entry.obligation),
+                "answer": entry.answer.value,
+                "mutants": entry.mutants,
+                "noticed": entry.noticed,
+                "unnoticed": entry.unnoticed,
+                "equivalent": entry.equivalent,
+                "undecided": entry.undecided,
+            }
+            for entry in entries
+        ],
     }

@@ -10,7 +10,7 @@ from scbm.model import BehaviorModel
 from scbm.reports import Setting, coverage_report
 from scbm.reports.cover_advice import CampaignKind, CoverAdvice, CoverAdvisor, CoverMeans
 from scbm.reports.missed_reasons import missed_reasons
-from scbm.testing import Campaign, RandomCases, Tester
+from scbm.testing import Campaign, CampaignResult, RandomCases, Tester
 from support.wording import Wording
 
 DELIVERY = """
@@ -216,5 +216,5 @@ def test_all_reports_say_the_same(wording: Wording) -> None:
         CampaignKind().of_campaign(campaign),
     )
     wording("\n".join(f"{missed.obligation}: {missed.reason}" for missed in reasons))
-    lines = [line.plain for line in coverage_report(campaign, Setting("delivery.yaml", 1, 20))]
+    lines = [line.plain for line in coverage_report(CampaignResult(campaign, 1, 20), Setting("delivery.yaml"))]
     wording("\n".join(lines[lines.index("How to cover the rest") :]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from msgspec.structs import replace
@@ -15,7 +16,7 @@ from scbm.reports import Setting, coverage_report
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import missed_table
 from scbm.reports.missed_reasons import missed_reasons
-from scbm.testing import Campaign, RandomCases, Tester
+from scbm.testing import Campaign, CampaignResult, RandomCases, Tester
 from support.wording import Wording
 
 ROOT = Path(__file__).parents[3]
@@ -37,10 +38,13 @@ goals:
 """
 
 
-def _report(model: BehaviorModel, columns: int, cases: int = 2, **setting: object) -> list[str]:
+def _report(
+    model: BehaviorModel, columns: int, cases: int = 2, random: int | None = None, **setting: object
+) -> list[str]:
     campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(cases, 1)))
-    shown = replace(Setting(BEFORE, 1, cases, columns=columns), **setting)
-    return [part.plain for line in coverage_report(campaign, shown) for part in folded(line, columns)]
+    result = CampaignResult(campaign, 1, cases if random is None else random)
+    shown = replace(Setting(BEFORE, columns=columns), **setting)
+    return [part.plain for line in coverage_report(result, shown) for part in folded(line, columns)]
 
 
 def test_the_mark_of_undecided_obligations_stands_in_the_title_only_if_it_occurs() -> None:
@@ -105,7 +109,7 @@ def test_after_few_cases_the_first_advice_is_to_run_more(cases: int, wording: Wo
 def test_the_first_advice_depends_on_the_number_of_all_cases_written_or_random(cases: int) -> None:
     model = read_model(SMALL % "go")
 
-    def advice(**setting: object) -> str:
+    def advice(**setting: Any) -> str:  # noqa: ANN401 - any of the settings
         return next(line for line in _report(model, 80, cases, **setting) if line.strip().startswith("1 queued"))
 
     assert advice(random=0) == advice(random=cases // 2) == advice(random=cases)

@@ -13,7 +13,16 @@ from scbm.files import load_model
 from scbm.reports import Setting, coverage_report, failure_lines, timeline
 from scbm.reports.run.mcap_trace import write_mcap
 from scbm.reports.run.perfetto import write_perfetto
-from scbm.testing import Campaign, FailureKind, RandomCases, Shrinker, Tester, campaign_json, find_causes
+from scbm.testing import (
+    Campaign,
+    CampaignResult,
+    FailureKind,
+    RandomCases,
+    Shrinker,
+    Tester,
+    campaign_json,
+    find_causes,
+)
 from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -46,7 +55,7 @@ def test_two_halves_add_up_to_the_whole() -> None:
     whole = Campaign.of(model, results)
     halves = Campaign.of(model, results[:10]).coverage + Campaign.of(model, results[10:]).coverage
     assert halves == whole.coverage
-    assert campaign_json(whole, 1, (), ())["coverage"]["visited"] == halves.figure.visited
+    assert campaign_json(CampaignResult(whole))["coverage"]["visited"] == halves.figure.visited
 
 
 def test_cases_that_were_lost_count_as_failed_and_are_one_finding() -> None:
@@ -74,7 +83,8 @@ def test_a_lost_case_is_shown_by_every_report_of_a_campaign(wording: Wording) ->
     one, two = RandomCases(model).first(2, seed=1)
     campaign = Campaign.of(model, [tester.execute(one).result, tester.lost(two, "the controller was lost").result])
     findings = find_causes(tester, campaign)
-    document = campaign_json(campaign, 1, findings, ("scbm test …",))
+    result = CampaignResult(campaign, 1, 2, findings=findings, commands=("scbm test …",))
+    document = campaign_json(result)
     assert document["passed"] is False
     lost = document["cases"][1]
     assert (lost["verdict"], lost["passed"], lost["requests"], lost["visited"]) == ("lost", False, 0, [])
@@ -82,8 +92,7 @@ def test_a_lost_case_is_shown_by_every_report_of_a_campaign(wording: Wording) ->
     assert failure == str(findings[0].failure)
     (finding,) = document["findings"]
     assert (finding["kind"], finding["again"], finding["smallest"]) == ("lost", "scbm test …", None)
-    setting = Setting("cell.yaml", 1, 2, findings=findings, commands=("scbm test …",))
-    report = [str(line) for line in coverage_report(campaign, setting)]
+    report = [str(line) for line in coverage_report(result, Setting("cell.yaml"))]
     place = report.index("    again: scbm test …")
     wording([report[2], *report[place - 1 : place + 1]])
     assert not any("smallest" in line for line in report)

@@ -6,10 +6,9 @@ from itertools import islice
 from os.path import lexists
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct, field, to_builtins
+from msgspec import Struct, field
 from msgspec.structs import replace
 
-from scbm.cases.coverage import LiftedStatuses, Statuses
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.campaigns.suite_recording import update_hint
@@ -23,12 +22,10 @@ from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import load_model
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import Setting, counted, coverage_report, missing_report
-from scbm.reports.asserted_lines import asserted_json
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import shown_path
-from scbm.testing import MAX_SHRUNK, Tester, campaign_json, case_texts, find_causes, load_suite
+from scbm.testing import MAX_SHRUNK, CampaignResult, Tester, campaign_json, case_texts, find_causes, load_suite
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
-from scbm.testing.campaign_results_json import lifted_json, statuses_json
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,7 +34,6 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Threshold
     from scbm.model import Requirement
     from scbm.testing import Campaign, Finding
-    from scbm.testing.batches.batch_summary import BatchSummary
     from scbm.testing.batches.campaign_runs import Executor
 
 _RANDOM = 20
@@ -151,48 +147,47 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     saved, is_kept = _save_all_small(suite, findings, output.failures)
     is_kept = is_kept and remember_failed(suite, done.campaign, output.failures)
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
-    code = report_campaign(done, setting_of(suite, findings, commands), output, suite)
+    result = replace(result_of(done, suite, findings, commands), dry=output.dry)
+    code = report_campaign(done, result, output, suite)
     return code if is_saved and is_kept else max(2, code)
 
 
-def report_campaign(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: Suite) -> int:
-    """Print the report of a campaign, and return its exit code."""
-    campaign, since = done.campaign, done.since
-    statuses = None
+def report_campaign(
+    done: CampaignEnd, result: CampaignResult, output: CampaignOutput, suite: Suite, where: str = ""
+) -> int:
+    """Print the report of a campaign, and return its exit code.
+
+    Args:
+        done: how the campaign ended.
+        result: what it showed, apart from statuses with proofs, and from the evidence of a store.
+        output: the options for output and storage.
+        suite: the cases.
+        where: a description of the nodes that ran the cases; empty for simulation.
+    """
+    campaign, since, proved = done.campaign, done.since, None
     if suite.evidence is not None:
         goals = [written.case.goals_in(suite.model) for written in suite.written]
-        statuses = suite.evidence.statuses(campaign.coverage, campaign.forced, goals)
-    evidence = done.evidence
+        proved = suite.evidence.statuses(campaign.coverage, campaign.forced, goals)
+    result = replace(result, proved=proved, evidence=done.evidence)
     if output.json:
         stored = {} if since is None else {"store": since.as_json}
-        early = {"ended_early": done.words} if done.words else {}
-        report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
-        is_over_nodes = setting.answers or setting.excluded
-        report |= {"excluded_values": to_builtins(setting.excluded)} if is_over_nodes else {}
-        decided = {} if statuses is None else {"statuses": statuses_json(statuses)}
-        decided |= {} if statuses is None else lifted_json(LiftedStatuses.of(campaign.model, statuses))
-        asserted = {} if evidence is None else {"asserted": asserted_json(evidence)}
-        dry_parts = _dry_json(campaign.summary, output.dry)
-        random = {"random_cases": {"count": done.drawn, "reached": done.drawn_reached}}
-        write_json(report | random | decided | asserted | dry_parts | stored | early | dict(output.recorded))
+        write_json(campaign_json(result) | stored | dict(output.recorded))
     else:
-        dry = _dry_words(campaign.summary, output.dry)
-        shown = replace(setting, random=done.drawn, ended_early=done.words, dry=dry, columns=report_columns())
-        shown = replace(shown, statuses=statuses, evidence=evidence, mutate=_mutate_command(suite, output))
-        results().lines((missing_report if output.missing else coverage_report)(campaign, shown))
+        shown = (missing_report if output.missing else coverage_report)(result, _setting(suite, output, where))
+        results().lines(shown)
         results().lines(update_hint(campaign, suite))
         results().lines([] if since is None else since.lines)
     if done.words:
         return _report_early_end(done, output)
     if since is not None and not since.is_whole:
         return 2
-    coverable = None if statuses is None else statuses.coverable
-    lifted = LiftedStatuses.of(campaign.model, statuses or Statuses.of(campaign.coverage, forced=campaign.forced))
+    coverable = None if proved is None else proved.coverable
     apart_from = output.store if since is not None and since.is_united else None
-    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence, lifted, apart_from)
+    evidence = result.evidence
+    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence, result.lifted, apart_from)
     if asks_for_asserted(output.thresholds) and (evidence is None or evidence.found is None):
         errors().line(f"  {_mutate_command(suite, output)}")
-    has_missed = done.drawn >= _ENOUGH and not done.drawn_reached
+    has_missed = result.random >= _ENOUGH and not result.random_reached
     return 0 if is_met and not campaign.failed_count and not has_missed else 1
 
 
@@ -200,24 +195,6 @@ def _mutate_command(suite: Suite, output: CampaignOutput) -> str:
     """Return the command that finds what the cases assert, and keeps it in the store."""
     store = "" if output.store is None else f" --store {shown_path(str(output.store))}"
     return f"scbm mutate {shown_path(str(suite.file))}{suite.test_options}{store}"
-
-
-def _is_dry(summary: BatchSummary, dry: int) -> bool:
-    return StopRule(dry=dry).end(summary) is not None
-
-
-def _dry_words(summary: BatchSummary, dry: int | None) -> str:
-    """Return whether the last random cases visited something new; empty without `--until-dry`."""
-    if dry is None:
-        return ""
-    drawn = counted(summary.last - summary.written, "random case")
-    if _is_dry(summary, dry):
-        return f"Dry: the last {dry} of {drawn} visited nothing new"
-    return f"Not dry: {drawn} ran, and {summary.last - max(summary.last_new, summary.written)} after the last new visit"
-
-
-def _dry_json(summary: BatchSummary, dry: int | None) -> dict[str, Any]:
-    return {} if dry is None else {"dry": {"cases": dry, "reached": _is_dry(summary, dry)}}
 
 
 def _report_early_end(done: CampaignEnd, output: CampaignOutput) -> int:
@@ -352,18 +329,24 @@ def _again(suite: Suite, finding: Finding, saved: Path | None) -> str:
     return suite.again(finding.names[0]) or ""
 
 
-def setting_of(suite: Suite, findings: Sequence[Finding], commands: Sequence[str]) -> Setting:
-    """Return what the report shows in addition to the results."""
+def result_of(done: CampaignEnd, suite: Suite, findings: Sequence[Finding], commands: Sequence[str]) -> CampaignResult:
+    """Return the result of a campaign whose failures have these causes, each with the command that reproduces it."""
+    return CampaignResult(
+        done.campaign, suite.seed, done.drawn, tuple(findings), tuple(commands), ended_early=done.words
+    )
+
+
+def _setting(suite: Suite, output: CampaignOutput, where: str) -> Setting:
+    """Return what the report shows beside the result."""
     return Setting(
         str(suite.file),
-        suite.seed,
-        len(suite.numbers),
         suite.network_option + suite.planner_option,
         suite.arguments,
-        tuple(findings),
-        tuple(commands),
-        first_random=next((suite.again(name) or "" for name in suite.drawn_names), ""),
         kind=CampaignKind(suite.loses_messages, suite.moves_inputs),
+        where=where,
+        columns=report_columns(),
+        mutate=_mutate_command(suite, output),
+        first_random=next((suite.again(name) or "" for name in suite.drawn_names), ""),
     )
 
 

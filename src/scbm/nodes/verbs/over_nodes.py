@@ -16,7 +16,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from scbm.cli.campaigns.campaign_loop import carry_out, finished_executions
-from scbm.cli.campaigns.test_campaign import remember_failed, report_campaign, setting_of
+from scbm.cli.campaigns.test_campaign import remember_failed, report_campaign, result_of
 from scbm.cli.options.node_options import ALONE, Via, transport_option
 from scbm.cli.output.terminal import errors
 from scbm.files import FileWriter, digest_of
@@ -73,9 +73,9 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     findings = find_causes(tester, done.campaign, 0)  # what fails over nodes need not fail in simulation
     logs = (nodes.logs.files.get(finding.names[0]) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
-    setting = replace(setting_of(suite, findings, commands), where=asked.words, answers=nodes.answers)
-    setting = replace(setting, excluded=tuple(nodes.excluded.values()))
-    code = report_campaign(done, setting, output, suite)
+    result = result_of(done, suite, findings, commands)
+    result = replace(result, answers=nodes.answers, excluded=tuple(nodes.excluded.values()))
+    code = report_campaign(done, result, output, suite, asked.words)
     if nodes.logs.words is not None and not output.json:
         errors().prose(f"scbm: {nodes.logs.words}")
     for complaint in nodes.complaints:

@@ -21,6 +21,7 @@ from scbm.reports import Setting, counted, coverage_report
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
 from scbm.reports.terminal.visible_lines import visible_line
 from scbm.store import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
+from scbm.testing import CampaignResult
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -102,7 +103,7 @@ def _full(part: SessionPart, statuses: Statuses | None, *, is_first: bool) -> It
     if not is_first:
         yield Text()
     groups = tuple(counted(count, group.value, _PLURALS[group]) for group, count in part.groups.items())
-    yield from coverage_report(part.campaign, Setting(part.file, groups=groups, statuses=statuses))
+    yield from coverage_report(CampaignResult(part.campaign, proved=statuses), Setting(part.file, groups=groups))
 
 
 def _short(part: SessionPart, statuses: Statuses | None) -> Iterator[Text]:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scbm.cases.coverage import bits_of, only_by, visitors_of_each
-from scbm.reports.asserted_lines import asserted_json
 from scbm.reports.stored_cases import again
 from scbm.store import Written
-from scbm.testing.campaign_results_json import coverage_json, lifted_json, statuses_json
+from scbm.testing.campaign_results_json import asserted_json, coverage_json, lifted_json, statuses_json
 
 if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover

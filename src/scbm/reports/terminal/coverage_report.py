@@ -39,12 +39,11 @@ from scbm.running.simulation.excluded_values import EXCLUDED
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases.coverage import AssertionEvidence, Coverage
+    from scbm.cases.coverage import Coverage
     from scbm.model import BehaviorModel
     from scbm.reports.cover_advice import CoverAdvice
     from scbm.reports.missed_reasons import Missed
-    from scbm.testing import Answers, Campaign, Finding
-    from scbm.testing.real_drivers import ExcludedVariable
+    from scbm.testing import Answers, Campaign, CampaignResult
 
 
 def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has
@@ -152,93 +151,73 @@ _ADVICE_INDENT = 17
 
 
 class Setting(Struct, frozen=True):
-    """The settings of a report: commands and parts that it shows beside the results.
+    """The settings of a report: the commands that it suggests, and how it is shown.
 
     Attributes:
         file: the model file, for the suggested commands.
-        seed: the seed of the random cases.
-        random: the number of random cases.
         options: further options for random cases, each with a leading blank.
         suite: the files and folders of written cases as arguments of a command, each with a leading blank.
-        findings: the causes of failures.
-        commands: for each finding the command that reproduces it.
         groups: the number of cases of each kind in words; if empty, written and random cases are counted.
         kind: what kind of cases ran.
         where: a description of the nodes that ran the cases; empty for simulation.
-        answers: the replies of each real resource, counted.
-        excluded: the variables of which drivers sent values that the model excludes.
-        ended_early: the number of finished cases in words, if the campaign ended early; else empty.
         columns: the width of the report.
-        dry: whether the last random cases visited something new, in words; empty if that is not asked.
-        statuses: the statuses of the obligations; `None` if visits alone decide them.
-        evidence: what a store says about asserted obligations; `None` without a store.
         mutate: the command that finds what the cases assert.
         first_random: the command that shows the first random case again.
     """
 
     file: str
-    seed: int = 0
-    random: int = 0
     options: str = ""
     suite: str = ""
-    findings: tuple[Finding, ...] = ()
-    commands: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
     kind: CampaignKind = field(default_factory=CampaignKind)
     where: str = ""
-    answers: tuple[Answers, ...] = ()
-    excluded: tuple[ExcludedVariable, ...] = ()
-    ended_early: str = ""
     columns: int = DEFAULT_COLUMNS
-    dry: str = ""
-    statuses: Statuses | None = None
-    evidence: AssertionEvidence | None = None
     mutate: str = ""
     first_random: str = ""
 
-    def kind_of(self, campaign: Campaign) -> CampaignKind:
+    def kind_of(self, result: CampaignResult) -> CampaignKind:
         """Return the kind of the cases of a campaign; their runs can be had again unless they ran over nodes."""
-        real = tuple(answers.resource for answers in self.answers)
+        real = tuple(answers.resource for answers in result.answers)
         kind = replace(self.kind, real=real)
-        return kind if self.where else kind.of_campaign(campaign)
+        return kind if self.where else kind.of_campaign(result.campaign)
 
 
-def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+def coverage_report(result: CampaignResult, setting: Setting) -> Iterator[Text]:
     """Yield the report of a campaign."""
-    coverage = campaign.coverage
-    yield from _unreached(campaign, setting)
+    campaign, coverage, statuses = result.campaign, result.campaign.coverage, result.statuses
+    yield from _unreached(result, setting)
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
     yield headline(coverage.figure, setting.columns)
-    decided = setting.statuses or Statuses.of(coverage, forced=campaign.forced)
-    yield from lifted_lines(LiftedStatuses.of(campaign.model, decided), setting.columns)
-    yield from _statuses(setting)
-    yield from forced_lines(decided)
-    if setting.evidence is not None:
-        yield from asserted_line(setting.evidence, setting.columns)
+    yield from lifted_lines(result.lifted, setting.columns)
+    if result.proved is not None:
+        yield from status_lines(result.proved, setting.columns)
+    yield from forced_lines(statuses)
+    if result.evidence is not None:
+        yield from asserted_line(result.evidence, setting.columns)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
-    yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
+    yield Text(f"  Testing duration: {duration}, {_cases(result, setting)}")
     yield from verdict_lines(campaign.count, campaign.failed_count)
     yield from _short_of_goal(campaign)
     yield from requirements_off_lines(campaign.model, setting.columns)
-    yield from _early(setting)
-    yield from _forecast(campaign, setting)
+    yield from _early(result)
+    yield from _forecast(result, setting)
     yield Text()
     yield from figures(coverage, setting.columns)
-    yield from _driver_lines(setting)
-    yield from finding_lines(campaign, setting.findings, setting.commands)
+    yield from _driver_lines(result, setting.columns)
+    yield from finding_lines(campaign, result.findings, result.commands)
     yield from unused_lines(campaign)
-    yield from missed_table(campaign.model, coverage, setting.columns, decided)
-    if setting.evidence is not None:
-        yield from unasserted_lines(setting.evidence, setting.columns, setting.mutate)
-    yield from _reasons(campaign, setting)
+    yield from missed_table(campaign.model, coverage, setting.columns, statuses)
+    if result.evidence is not None:
+        yield from unasserted_lines(result.evidence, setting.columns, setting.mutate)
+    yield from _reasons(result, setting)
 
 
-def _unreached(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+def _unreached(result: CampaignResult, setting: Setting) -> Iterator[Text]:
     """Yield that no random case reached its goal, whatever excuses them, and the command that shows the first one."""
-    if not setting.random or campaign.reached_from(campaign.count - setting.random + 1):
+    count = result.random
+    if not count or result.random_reached:
         return
-    count = setting.random
     cases = f"None of {count} random cases reached its" if count > 1 else "The random case did not reach its"
     words = f"{cases} goal: nothing behind that point is tested"
     yield from (Text(line, style="bold red") for line in wrapped(words, setting.columns, "", 2))
@@ -254,33 +233,29 @@ def _short_of_goal(campaign: Campaign) -> Iterator[Text]:
         yield Text(f"  Passed short of the goal: {words}")
 
 
-def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+def missing_report(result: CampaignResult, setting: Setting) -> Iterator[Text]:
     """Yield the failures, the missed obligations and their reasons."""
-    coverage, forced = campaign.coverage, campaign.forced
-    yield from _unreached(campaign, setting)
+    campaign, columns = result.campaign, setting.columns
+    yield from _unreached(result, setting)
     yield from missing_lines(
         campaign.model,
-        coverage,
+        campaign.coverage,
         setting.file,
-        setting.columns,
-        setting.statuses,
-        forced=forced,
-        kind=setting.kind_of(campaign),
+        columns,
+        result.proved,
+        forced=campaign.forced,
+        kind=setting.kind_of(result),
     )
-    yield from _early(setting)
-    yield from _driver_lines(setting)
-    yield from finding_lines(campaign, setting.findings, setting.commands)
+    yield from _early(result)
+    yield from _driver_lines(result, columns)
+    yield from finding_lines(campaign, result.findings, result.commands)
 
 
-def _statuses(setting: Setting) -> Iterator[Text]:
-    if setting.statuses is not None:
-        yield from status_lines(setting.statuses, setting.columns)
-
-
-def _forecast(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+def _forecast(result: CampaignResult, setting: Setting) -> Iterator[Text]:
     """Yield what more random cases would visit, where that can be estimated and is not everything already."""
-    if setting.dry:
-        yield Text(f"  {setting.dry}")
+    campaign = result.campaign
+    if result.dry is not None:
+        yield Text(f"  {_dry_words(result)}")
     found = None if setting.where or setting.groups else campaign.forecast
     figure = campaign.coverage.figure
     if found is not None and not figure.is_complete:
@@ -288,21 +263,30 @@ def _forecast(campaign: Campaign, setting: Setting) -> Iterator[Text]:
         yield Text(f"  Forecast: {found.cases} cases would visit {more:.1f} ± {found.error:.1f} obligations more")
 
 
-def _early(setting: Setting) -> Iterator[Text]:
-    if setting.ended_early:
-        yield Text(f"  {setting.ended_early}", style="bold yellow")
+def _dry_words(result: CampaignResult) -> str:
+    """Return whether the last random cases visited something new."""
+    summary = result.campaign.summary
+    drawn = counted(summary.last - summary.written, "random case")
+    if result.is_dry:
+        return f"Dry: the last {result.dry} of {drawn} visited nothing new"
+    return f"Not dry: {drawn} ran, and {summary.last - max(summary.last_new, summary.written)} after the last new visit"
 
 
-def _driver_lines(setting: Setting) -> Iterator[Text]:
+def _early(result: CampaignResult) -> Iterator[Text]:
+    if result.ended_early:
+        yield Text(f"  {result.ended_early}", style="bold yellow")
+
+
+def _driver_lines(result: CampaignResult, columns: int) -> Iterator[Text]:
     """Yield what real resources did: how they answered, and what they sent that the model excludes."""
-    yield from _answer_lines(setting.answers)
-    if setting.excluded:
+    yield from _answer_lines(result.answers)
+    if result.excluded:
         yield Text()
         yield Text(f"{EXCLUDED[0].upper()}{EXCLUDED[1:]}", style="bold red")
-    for each in setting.excluded:
+    for each in result.excluded:
         words = f"{counted(each.count, 'value')} in {counted(each.cases, 'case')}; the first in {each.first_case}:"
         yield Text(f"  {each.variable}: {words}")
-        yield from map(Text, wrapped(str(each.first), setting.columns, " " * 4, 6))
+        yield from map(Text, wrapped(str(each.first), columns, " " * 4, 6))
 
 
 def _answer_lines(answers: Sequence[Answers]) -> Iterator[Text]:
@@ -317,29 +301,29 @@ def _answer_lines(answers: Sequence[Answers]) -> Iterator[Text]:
         yield Text(f"{'  ' + of_one.resource:<{width}}{counts}", style="bold red" if of_one.is_silent else "")
 
 
-def _cases(campaign: Campaign, setting: Setting) -> str:
-    parts = ", ".join(f"{count} {end}" for end, count in campaign.summary.ends)
-    *others, last = setting.groups or _groups(campaign, setting)
+def _cases(result: CampaignResult, setting: Setting) -> str:
+    parts = ", ".join(f"{count} {end}" for end, count in result.campaign.summary.ends)
+    *others, last = setting.groups or _groups(result)
     groups = f"{', '.join(others)} and {last}" if others else last
     return f"{groups}{': ' + parts if parts else ''}"
 
 
-def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:
-    written = campaign.count - setting.random
+def _groups(result: CampaignResult) -> Iterator[str]:
+    written = result.campaign.count - result.random
     if written:
         yield counted(written, "written case")
-    if setting.random or not written:
-        yield f"{counted(setting.random, 'random case')} of seed {setting.seed}"
+    if result.random or not written:
+        yield f"{counted(result.random, 'random case')} of seed {result.seed}"
 
 
-def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+def _reasons(result: CampaignResult, setting: Setting) -> Iterator[Text]:
     """Yield why each kind of obligation is missed and what would cover it, and the commands that run more cases."""
-    parts = _advice(campaign, setting)
+    parts = _advice(result, setting)
     if not parts:
         return
     yield Text()
     yield Text("How to cover the rest", style="bold")
-    folds = InstanceFolds.of(campaign.model)
+    folds = InstanceFolds.of(result.campaign.model)
     for (aspect, _), advice in parts.items():
         names = folds.folded([name for name, _ in advice], is_automatic=aspect is Aspect.TAKEN)
         words = _joined_advice(names, [each for _, each in advice], setting.columns - _ADVICE_INDENT)
@@ -348,20 +332,21 @@ def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
         yield from (Text(line, style="dim") for line in others)
     means_found = dict.fromkeys(means for _, means in parts)
     command = f"scbm test {shown_path(setting.file)}{setting.suite} --cases"
-    drawing = f" --seed {setting.seed}{setting.options}"
+    drawing = f" --seed {result.seed}{setting.options}"
     if CoverMeans.CHANCE in means_found:
-        yield command_text("  ", f"{command} {4 * max(campaign.count, 5)}{drawing}")
+        yield command_text("  ", f"{command} {4 * max(result.campaign.count, 5)}{drawing}")
     if CoverMeans.NOT_MOVED in means_found:
-        yield command_text("  ", f"{command} {max(setting.random, 20)}{drawing} --inputs drawn")
+        yield command_text("  ", f"{command} {max(result.random, 20)}{drawing} --inputs drawn")
 
 
-def _advice(campaign: Campaign, setting: Setting) -> dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]]:
+def _advice(result: CampaignResult, setting: Setting) -> dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]]:
     """Return the advice for the missed obligations of each aspect and means, with the names of their entries."""
-    advisor = CoverAdvisor(campaign.model, campaign.coverage, setting.kind_of(campaign))
+    campaign = result.campaign
+    advisor = CoverAdvisor(campaign.model, campaign.coverage, setting.kind_of(result))
     found: dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]] = {}
     for aspect in (*COLUMNS, Aspect.TAKEN):
         for missed in campaign.coverage.missed(aspect):
-            is_open = setting.statuses is None or setting.statuses.decision(missed) is Decision.UNDECIDED
+            is_open = result.proved is None or result.proved.decision(missed) is Decision.UNDECIDED
             if is_open and advisor.is_due(missed):
                 advice = advisor.advice(missed)
                 found.setdefault((aspect, advice.means), []).append((missed.subject, advice))

@@ -10,7 +10,7 @@ import pytest
 from scbm.cases.coverage import Coverage
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Slug
-from scbm.testing import Campaign, Tester, campaign_json
+from scbm.testing import Campaign, CampaignResult, Tester, campaign_json
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import BatchPlan, BatchResult, InProcess, StopRule, run_batch, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
@@ -51,7 +51,7 @@ def test_the_size_of_batches_does_not_matter(size: int) -> None:
     work = CampaignWork(EXAMPLE, numbers=range(1, 31), seed=3, network=None)
     expected = Campaign.of(EXAMPLE, Tester(EXAMPLE).results(work.cases()))
     campaign = Campaign(EXAMPLE, work, total(work, size))
-    assert campaign_json(campaign, 3, (), ()) == campaign_json(expected, 3, (), ())
+    assert campaign_json(CampaignResult(campaign)) == campaign_json(CampaignResult(expected))
     assert campaign.coverage == expected.coverage
     assert campaign.summary == total(work, None)
 
