@@ -161,7 +161,8 @@ class FileWriter:
             InputError: a file is an input, or is there and not to be overwritten, and then nothing is written; or a
                 file cannot be written.
         """
-        changed = {path: text.encode() for path, text in files.items() if not has_text(path, text)}
+        encoded = {path: _encoded(path, text) for path, text in files.items()}
+        changed = {path: encoded[path] for path, text in files.items() if not has_text(path, text)}
         self.refuse_clashes({str(path): path for path in changed})
         if not overwrite:
             _refuse_existing(path for path in changed if own is None or not _begins_with(path, own))
@@ -311,3 +312,12 @@ def _identity(path: Path) -> object:
             status = spelling.stat()
             return status.st_dev, status.st_ino
     return resolved
+
+
+def _encoded(path: Path, text: str) -> bytes:
+    """Return the text as UTF-8. Raise `InputError` if it has the name of a file that is not UTF-8."""
+    try:
+        return text.encode()
+    except UnicodeEncodeError:
+        message = "a file name in the text is not UTF-8, so the text cannot be written"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(str(path)), "rename that file")]) from None

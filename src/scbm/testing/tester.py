@@ -112,6 +112,9 @@ class Execution(PartlyCompared, frozen=True):
     excluded: tuple[ExcludedValue, ...] = ()
     uncompared = ("model",)
 
+    def __repr__(self) -> str:
+        return f"<Execution of {self.case.name}: {'passed' if self.verdict.passed else 'failed'}>"
+
     def __str__(self) -> str:
         """Return the run as lines: how it ended, what happened and when, and why the case failed."""
         nominal = {} if self.model is None else self.model.nominal_state

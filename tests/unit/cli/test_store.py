@@ -378,6 +378,7 @@ def test_a_report_of_failures_names_them(scbm: Scbm, store: Path) -> None:
     out = scbm("report", store).out
     failed = len(read_history(store).failed)
     assert f"Failed: {failed} cases" in out
+    assert "mores" not in out
     assert "again: scbm run" in out
     assert f"--require '{HOME}'" in out
     with sqlite3.connect(store) as connection:
@@ -392,6 +393,15 @@ def test_names_of_files_that_are_no_text_are_kept_as_what_can_be_written(scbm: S
     assert scbm("test", model, "--cases", 2, "--store", store).code == 0
     assert scbm("report", store, "--lcov", tmp_path / "l.info").code == 0
     assert "udce9.yaml" in read_history(store).source.path
+
+
+def test_a_model_whose_name_is_not_utf_8_is_tested_and_not_named_in_files(scbm: Scbm, tmp_path: Path) -> None:
+    model = tmp_path / "caf\udce9.yaml"
+    model.write_bytes(Path(BEFORE).read_bytes())
+    ran = scbm("test", model, "--cases", 2, "--require", "never robot_at == home", "--failures", tmp_path / "failures")
+    assert ran.code == 2
+    assert "is not UTF-8" in ran.err
+    assert "Coverability report" in ran.out
 
 
 def test_links_that_go_round_are_reported(scbm: Scbm, filled: Path, tmp_path: Path) -> None:

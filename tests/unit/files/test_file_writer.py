@@ -118,3 +118,11 @@ def test_a_file_that_has_its_text_already_is_left_alone(tmp_path: Path, wording:
     with wording.raises(InputError):
         FileWriter().write_all({tmp_path / "b.yaml": "new", path: "other"}, overwrite=False)
     assert [p.name for p in tmp_path.iterdir()] == ["a.yaml"]
+
+
+def test_a_text_with_a_file_name_that_is_not_utf_8_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as refused:
+        FileWriter().write_all({tmp_path / "case.yaml": "model: bad\udcff.yaml\n"}, overwrite=False)
+    (found,) = refused.value.diagnostics
+    assert (found.place.file, found.remedy) == (str(tmp_path / "case.yaml"), "rename that file")
+    assert list(tmp_path.iterdir()) == []

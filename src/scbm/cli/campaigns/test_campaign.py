@@ -346,7 +346,7 @@ def _setting(suite: Suite, output: CampaignOutput, where: str) -> Setting:
         where=where,
         columns=report_columns(),
         mutate=_mutate_command(suite, output),
-        first_random=next((suite.again(name) or "" for name in suite.drawn_names), ""),
+        first_random="" if where else next((suite.again(name) or "" for name in suite.drawn_names), ""),
     )
 
 

@@ -21,7 +21,6 @@ from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, nearest, suggestion, write_case
 from scbm.model import BehaviorModel, Slug
-from scbm.model.visible_text import shell_word
 from scbm.reports.figure_table import shown_path
 from scbm.reports.terminal.explanation_report import case_lines, explanation_lines
 from scbm.testing import Execution, Tester
@@ -59,7 +58,7 @@ def command(
         if json:
             write_json(_json(explanations, given))
         else:
-            close = f"scbm close {shell_word(str(model))}{given.close_options}{limit_text(limits)}"
+            close = f"scbm close {shown_path(str(model))}{given.close_options}{limit_text(limits)}"
             out = results()
             out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended, report_columns()))
             for name, text in _texts(explanations, given).items():

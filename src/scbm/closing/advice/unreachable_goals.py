@@ -77,7 +77,7 @@ class _Chain(Struct, frozen=True):
             yield miss.words(what, f" in {_number(self.states)}", "a plan")
             for state, lacking in self._lacking(miss):
                 changing = [each for each in self.model.operations if _may_change(each, lacking)]
-                if not changing:
+                if not changing and lacking.reads():
                     yield _unchanged(self.model, lacking)
                 for operation in changing:
                     if operation.name in seen:

@@ -52,7 +52,7 @@ class NearestMiss(Struct, frozen=True):
         """Return a clause about what needs the conjuncts, about the states that count, and `who` comes nearest."""
         hold = "never holds" if len(self.never) == 1 else "never hold together"
         needs = f"{what} needs {in_words(self.never)}, which {hold}{where}"
-        return f"{needs}; {who} comes nearest with {listed_values(self.nearest)}"
+        return f"{needs}; {who} comes nearest with {listed_values(self.nearest)}" if self.nearest else needs
 
 
 def nearest_miss(guards: Sequence[Predicate], runs: AllRuns, when: Predicate = TRUE) -> NearestMiss | None:

@@ -26,8 +26,7 @@ from scbm.closing.advice.suggestions import grouped
 from scbm.closing.decisions import RequirementStatus
 from scbm.closing.summaries import aspects_in_words, in_few_words, reason_about_it
 from scbm.model import format_moment
-from scbm.model.visible_text import shell_word
-from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
+from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, shown_path, wrapped
 from scbm.reports.status_lines import lifted_lines, waiver_warnings
 from scbm.reports.terminal.failure_report import finding_lines
 
@@ -416,7 +415,7 @@ def _suggestions(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
 
 
 def _close(setting: ClosingSetting) -> str:
-    return f"scbm close {shell_word(setting.file)}{setting.closing}"
+    return f"scbm close {shown_path(setting.file)}{setting.closing}"
 
 
 # commands
@@ -444,27 +443,27 @@ def _written(output: ClosingFiles) -> str:
 
 def _checks(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> Iterator[Text]:
     """Yield the commands that run the written cases and check the written certificates."""
-    new = f" {shell_word(str(output.directory))}" if output.cases else ""
+    new = f" {shown_path(str(output.directory))}" if output.cases else ""
     suite = f"{setting.files}{new}{setting.drawing}"
     if suite:
         test = (
-            f"scbm test {shell_word(setting.file)}{suite}{setting.planner}{_status_options(closing, setting, output)}"
+            f"scbm test {shown_path(setting.file)}{suite}{setting.planner}{_status_options(closing, setting, output)}"
         )
         yield command_text("  ", test, "runs all cases")
     if setting.drawing:
-        into = shell_word(str(output.directory / "cases"))
-        save = f"scbm test {shell_word(setting.file)}{setting.drawing} --save {into}"
+        into = shown_path(str(output.directory / "cases"))
+        save = f"scbm test {shown_path(setting.file)}{setting.drawing} --save {into}"
         yield command_text("  ", save, f"adds the random cases before to {output.directory}")
     if output.certificates:
         files = list(output.certificates.values())
         path = files[0] if len(files) == 1 else files[0].parent
-        yield command_text("  ", f"scbm close --check {shell_word(str(path))}", "checks the proofs")
+        yield command_text("  ", f"scbm close --check {shown_path(str(path))}", "checks the proofs")
 
 
 def _status_options(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> str:
     """Return the options for proofs, waivers and the figure that was reached, each with a leading blank."""
     figure, coverable = closing.after.figure, closing.coverable
-    certificates = f" --certificates {shell_word(str(output.directory))}" if output.certificates else ""
+    certificates = f" --certificates {shown_path(str(output.directory))}" if output.certificates else ""
     if coverable.of and (certificates or coverable.of < figure.of):
         return f"{certificates}{setting.waivers} --fail-under coverable={_reached(coverable)}"
     return f"{setting.waivers} --fail-under {_reached(figure)}" if figure.of else ""

@@ -179,7 +179,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield from _failed(history)
     yield from missed_table(history.model, coverage, columns, history.decided)
     yield from unasserted_lines(history.evidence, columns)
-    if any(status.obligation.counts for status in history.statuses.with_status(Decision.UNDECIDED)):
+    if any(history.statuses.decision(missed) is Decision.UNDECIDED for missed in coverage.missed()):
         yield Text()
         yield Text("How to cover the rest", style="bold")
         yield command_text("  ", f"scbm report {shown_path(store)} --missing", "shows why each is missing")
@@ -233,4 +233,4 @@ def _failed(history: History) -> Iterator[Text]:
             yield command_text(f"    {again_words(case)}: ", command)
             runs |= {command: label} if case.is_over_nodes else {}
     if len(labels) > _MAX_FAILED:
-        yield Text(f"  and {counted(len(labels) - _MAX_FAILED, 'more')}", style="dim")
+        yield Text(f"  and {len(labels) - _MAX_FAILED} more", style="dim")

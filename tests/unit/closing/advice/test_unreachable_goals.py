@@ -69,3 +69,11 @@ def test_the_nearest_state_counts_numbers_and_alternatives(goal: str, wording: W
     assert any("level == 5" in line for line in found)
     assert any("fill would change level, but needs level < 5" in line for line in found)
     wording(found)
+
+
+@pytest.mark.parametrize("goal", ["false", "!true", "true && false"])
+def test_a_goal_that_reads_no_variable_has_no_nearest_state(goal: str) -> None:
+    model = read_model(f'{FILLING}  nothing: "{goal}"\n')
+    (why,) = why_unreachable(Planner(model), model.nominal_state, dict(model.goals)["nothing"])
+    assert why.startswith("the goal needs ")
+    assert why.endswith(" states")
