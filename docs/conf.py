@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import re
 import sys
+import typing
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,6 +46,28 @@ autodoc_preserve_defaults = True
 napoleon_use_ivar = True
 napoleon_numpy_docstring = False
 default_role = "code"  # docstrings put names between single backticks
+
+
+def _import_documented() -> None:
+    """Import the documented packages with all that they export."""
+    pages = Path(__file__).parent.glob("reference/api/*.md")
+    for name in re.findall(r"automodule:: (\S+)", "".join(page.read_text(encoding="utf-8") for page in sorted(pages))):
+        package = import_module(name)
+        for exported in getattr(package, "__all__", []):
+            getattr(package, exported)
+
+
+def _import_annotations() -> None:
+    """Import them again with the names that type checkers see: the signatures of structs evaluate annotations."""
+    _import_documented()  # with the libraries, some of which cannot be imported as type checkers see them
+    for name in [name for name in sys.modules if name.partition(".")[0] == "scbm"]:
+        del sys.modules[name]
+    vars(typing)["TYPE_CHECKING"] = True
+    _import_documented()
+    vars(typing)["TYPE_CHECKING"] = False
+
+
+_import_annotations()
 
 
 def _escape_markup(_app: object, _what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:

@@ -262,4 +262,5 @@ def _expectations(draw: DrawFn, model: BehaviorModel) -> Expectations:
     names = st.lists(st.sampled_from([operation.name for operation in model.operations]), max_size=4).map(tuple)
     final = st.lists(predicates(tuple(model.running_space), 2), max_size=2).map(tuple)
     visits = st.lists(st.sampled_from(list(Obligations.of(model))), unique=True, max_size=3).map(tuple)
-    return draw(st.builds(Expectations, optional(st.sampled_from(ENDS)), optional(names), names, final, visits))
+    fields = st.tuples(optional(st.sampled_from(ENDS)), optional(names), names, final, visits)
+    return Expectations(*draw(fields))

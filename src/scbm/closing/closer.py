@@ -40,7 +40,6 @@ from scbm.closing.scripts.case_search import (
 )
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
-from scbm.files import write_case
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
@@ -351,6 +350,8 @@ class Closer:
         ends = dict.fromkeys((case.goals[0].name, case.goals[-1].name))
         base = "_then_".join(re.sub(r"[^A-Za-z0-9_]+", "_", goal).strip("_") or "case" for goal in ends)
         if self._is_partial:
+            from scbm.files import write_case  # noqa: PLC0415 - only cases for some obligations need it
+
             text = write_case(replace(case, name="case"), self.model, None)
             base = f"{base}-{sha256(text.encode()).hexdigest()[:_DIGITS]}"
             if base not in taken:
