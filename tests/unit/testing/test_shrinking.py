@@ -25,6 +25,7 @@ from scbm.cases import (
 from scbm.files import Scope, Where, parse_predicate, read_case, read_model, write_case
 from scbm.model import Always, BehaviorModel, Constant, Equal, Not, Outcome, Predicate, Reference, Requirement
 from scbm.testing import Campaign, FailureKind, RandomCases, Shrinker, Shrunk, Tester, find_causes
+from scbm.testing.shrinking.shrink_steps import without_changes
 from support.models import scan_cell
 from support.seeded import SEEDED
 from support.wording import Wording
@@ -328,3 +329,50 @@ def test_a_choice_after_the_violation_does_not_matter(later: dict[str, object]) 
     assert shrunk.after.choices > 1 or small.limits.time_ns is not None  # without the other one the run has no end
     (choice,) = shrunk.matters
     assert choice.text.startswith("light = red ")
+
+
+GATE = """
+behavior_model: gate
+variables:
+  done: {domain: bool, initial: false}
+  gate: {domain: [closed, open], initial: closed}
+  seen: {domain: [unknown, good, bad], initial: unknown}
+resources:
+  cam: {measures: {seen: [good, bad]}, simulation: {latency: 1 s}}
+operations:
+  look: {request: cam, deadline: 5 s, guard: seen == unknown, assumes: {seen: good}}
+  place: {pre: {g: seen == good}, post: {g: true, a: [done <- true]}}
+environment:
+  open: {guard: gate == closed, actions: [gate <- open], every: {exponential: 30 s}}
+  close: {guard: gate == open, actions: [gate <- closed], after: {uniform: [2 s, 10 s]}}
+goals: {done: done == true}
+"""
+
+
+def _shrunk_at_time_limit(model: BehaviorModel) -> Shrunk:
+    tester = Tester(model)
+    drawn = (tester.execute(RandomCases(model).case(1, number)) for number in range(1, 50))
+    execution = next(e for e in drawn if [f.subject for f in e.verdict.failures] == ["time_limit"])
+    return Shrinker(tester).shrink(execution, execution.verdict.failures[0])
+
+
+def test_changes_that_only_delay_the_end_of_a_run_without_a_plan_are_left_out() -> None:
+    shrunk = _shrunk_at_time_limit(read_model(GATE))
+    assert shrunk.execution.case.environment == ()
+    assert shrunk.failure.subject == "unsolvable"
+    assert [choice.text for choice in shrunk.matters] == ["request 1 of cam: seen = bad measured"]
+
+
+def test_changes_that_need_each_other_are_left_out_together() -> None:
+    """Without one opening of the gate the next closing is impossible."""
+    makers = {"on": ("false", "true"), "off": ("true", "false")}
+    lamp = (f"  {by}: {{guard: lamp == {old}, actions: [lamp <- {new}]}}\n" for by, (old, new) in makers.items())
+    text = GATE.replace("environment:\n", f"environment:\n{''.join(lamp)}")
+    model = read_model(text.replace("resources:\n", "  lamp: {domain: bool, initial: false}\nresources:\n"))
+    names = ("open", "on", "close", "off", "open", "on", "close", "open")
+    changes = tuple(EnvironmentChange(number * S, None, by) for number, by in enumerate(names))
+    case = Case("case", "done", model.goals[0][1], model.nominal_state, environment=changes)
+    tried = [[change.by for change in each.environment or ()] for each in without_changes(case, model)]
+    assert ["open", "close", "open", "close", "open"] in tried
+    assert ["open", "on", "off", "on"] in tried
+    assert ["open", "on", "off", "on", "close", "open"] in tried

@@ -17,7 +17,7 @@ from scbm.testing.shrinking.case_sizes import MESSAGES, RULE_FIELDS, can_be_left
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scbm.cases import Case, FaultWindow, Injection, OutcomeRule
+    from scbm.cases import Case, EnvironmentChange, FaultWindow, Injection, OutcomeRule
     from scbm.model import BehaviorModel, Predicate
 
 _Part = TypeVar("_Part")
@@ -46,10 +46,39 @@ def _without_parts(case: Case, model: BehaviorModel) -> Iterator[Case]:
         yield replace(case, outcomes=kept_rules)
 
 
-def without_changes(case: Case, _: BehaviorModel) -> Iterator[Case]:
-    """Leave out changes from outside: first half of them, in the end one."""
-    for kept_changes in _fewer(case.environment or ()):
+def without_changes(case: Case, model: BehaviorModel) -> Iterator[Case]:
+    """Leave out changes from outside: all of the same variables, pairs of these, and single ones; long slices first.
+
+    A gate that opens and closes makes pairs: without one change of a pair the next one is impossible.
+    """
+    changes = case.environment or ()
+    groups: dict[tuple[str, ...], list[int]] = {}
+    for index, change in enumerate(changes):
+        groups.setdefault(_assigned(change, model), []).append(index)
+    for group in groups.values():
+        yield replace(case, environment=_at_others(changes, group))
+    for group in groups.values():
+        for first in (0, 1):
+            pairs = tuple(zip(group[first::2], group[first + 1 :: 2], strict=False))
+            for kept_pairs in _fewer(pairs):
+                left_out = [index for pair in pairs if pair not in kept_pairs for index in pair]
+                yield replace(case, environment=_at_others(changes, left_out))
+    for kept_changes in _fewer(changes):
         yield replace(case, environment=kept_changes)
+
+
+def _at_others(parts: tuple[_Part, ...], left_out: list[int]) -> tuple[_Part, ...]:
+    """Return the parts without those at some indices."""
+    gone = dict.fromkeys(left_out)
+    return tuple(part for index, part in enumerate(parts) if index not in gone)
+
+
+def _assigned(change: EnvironmentChange, model: BehaviorModel) -> tuple[str, ...]:
+    """Return the variables that a change assigns, in alphabetical order."""
+    if change.assign is not None:
+        return tuple(sorted(name for name, _ in change.assign))
+    maker = (each.actions for each in model.environment if each.name == change.by)
+    return tuple(sorted({action.target for actions in maker for action in actions}))
 
 
 def _without_planning_time(case: Case, _: BehaviorModel) -> Iterator[Case]:

@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from scbm.cases import Expectations
+from scbm.cases.trace import End, PlanReceived, RunEnded
 from scbm.model import InitialStates
 from scbm.planning import DRAWN_PLANS
 from scbm.running.simulation import TooLongError
@@ -122,7 +123,7 @@ class Shrinker:
                 found = search.improve(best, step)
                 improved = improved or found is not best
                 best = found
-        kept = next(f for f in best.verdict.failures if f.is_like(failure))
+        kept = next(f for f in best.verdict.failures if _cause(f, best) == search.cause)
         after = size_of(best, kept, self._model)
         return Shrunk(best, kept, before, after, search.runs, tuple(search.what_matters(best)))
 
@@ -154,6 +155,7 @@ class _ShrinkSearch:
         self._tester = tester
         self._model = tester.model
         self._failure = failure
+        self.cause = _cause(failure, original)
         self._initial = InitialStates(tester.model)
         self._is_forced = original.forced_by is not None
         self._begins_broken = _begins_broken(original, failure)
@@ -222,7 +224,7 @@ class _ShrinkSearch:
             self._records += self._most_of_one
             return None
         self._records += len(execution.trace.records)
-        if not any(failure.is_like(self._failure) for failure in execution.verdict.failures):
+        if all(_cause(failure, execution) != self.cause for failure in execution.verdict.failures):
             return None
         if execution.forced_by is not None and not self._is_forced:
             return None
@@ -233,14 +235,15 @@ class _ShrinkSearch:
         """Return each remaining choice without which the case does not fail for the same reason.
 
         A choice is none of them if without it the requirement is violated in the same way, and only the rest of the
-        run is too long, impossible or forced; nor is one that comes after the violation.
+        run is too long, impossible or forced; nor is one that comes after the violation, or after the end of the run.
         """
         violation = violation_of(self._failure, best.violations)
         until = () if violation is None else best.trace.records[: violation.record + 1]
+        until_ns = best.trace.records[-1].at_ns if violation is None else violation.at_ns
         for choice, case in choices_of(best.case, self._model):
             if self._is_over:
                 return
-            if violation is not None and (choice.at_ns or 0) > violation.at_ns:
+            if (choice.at_ns or 0) > until_ns:
                 continue
             if self._may_begin(case.initial) and self._fails(case) is None and not self._violates(case, until):
                 yield choice
@@ -259,6 +262,29 @@ class _ShrinkSearch:
         found = find_violations((*self._model.requirements, *case.requirements), records)
         violation = violation_of(self._failure, found)
         return violation is not None and (self._begins_broken or violation.record > 0)
+
+
+def _cause(failure: Failure, execution: Execution) -> tuple[FailureKind, str]:
+    """Return the kind and the subject of a failure; a run that has no plan at its time limit counts as unsolvable.
+
+    Such a run ends later only because changes from outside were still due.
+    """
+    is_limit = failure.kind is FailureKind.NOT_REACHED and failure.subject == End.TIME_LIMIT.value
+    lacks_plan = is_limit and _lacks_plan(execution.trace.records)
+    return failure.kind, End.UNSOLVABLE.value if lacks_plan else failure.subject
+
+
+def _lacks_plan(records: Sequence[Record]) -> bool:
+    """Return whether a run for a goal ends at its time limit, and the planner has last proved that no plan exists."""
+    status = ""
+    for record in records:
+        if isinstance(record, PlanReceived):
+            status = record.status
+        elif isinstance(record, RunEnded):
+            if (status, record.end) == (End.UNSOLVABLE.value, End.TIME_LIMIT.value):
+                return True
+            status = ""
+    return False
 
 
 def _begins_broken(execution: Execution, failure: Failure) -> bool:
