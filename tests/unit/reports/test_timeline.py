@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from io import BytesIO
+
 import pytest
 
 from scbm.cases.trace import ResourceChanged
 from scbm.files import read_case, read_model
 from scbm.reports import timeline
+from scbm.reports.run.mcap_trace import write_mcap
 from scbm.running.simulation import Simulated
 from scbm.testing import Tester
 from support.capturing import captured
@@ -36,3 +39,17 @@ def test_a_resource_that_is_lost_with_its_node_is_distinguished_from_one_that_th
     wording(lines)
     nominal = MODEL.nominal_state
     assert [f"⚡ {execution.sentence(record, nominal).text}" for record in (GONE, BACK)] == lines
+
+
+def test_a_violation_has_its_own_time() -> None:
+    late = "requirements: {late: box_is_scanned == false leads to box_is_scanned == true within 500 ms}"
+    model = read_model(SCAN_CELL + late)
+    execution = Tester(model).execute(
+        read_case("case: scans\ngoal: scanned\noutcomes: {scan: [{after: 1 s}]}\n", model)
+    )
+    (violation,) = execution.violations
+    before = execution.trace.records[violation.record].at_ns
+    drawn = [str(line) for line in timeline(model, execution, every=False)]
+    assert before < violation.at_ns == 500_000_000
+    assert [line[:11] for line in drawn if "✗ late" in line] == ["    0.500 s"]
+    assert write_mcap(model, execution, BytesIO())

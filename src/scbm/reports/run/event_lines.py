@@ -67,6 +67,7 @@ class EventLine(Struct, frozen=True):
         outcome: what followed from it, or which values it carries.
         changes: the variables that it changed, as `a = 1, b = true`.
         begins_moment: whether the line before it, if any, has another time.
+        own_ns: the time of the line; `None` for that of the record.
     """
 
     record: Record
@@ -77,11 +78,12 @@ class EventLine(Struct, frozen=True):
     outcome: str = ""
     changes: str = ""
     begins_moment: bool = False
+    own_ns: int | None = None
 
     @property
     def at_ns(self) -> int:
-        """The time of the record."""
-        return self.record.at_ns
+        """The time of the line."""
+        return self.record.at_ns if self.own_ns is None else self.own_ns
 
     @property
     def text(self) -> str:
@@ -142,8 +144,8 @@ class _RecordLines:
         is_automatic = isinstance(record, AutomaticTaken) and record.failed is None
         self._in_a_row = self._in_a_row + 1 if is_automatic else 0
         for line in (*self._events(index, record), *self._violated(index, record)):
-            yield replace(line, begins_moment=record.at_ns != self._last_ns)
-            self._last_ns = record.at_ns
+            yield replace(line, begins_moment=line.at_ns != self._last_ns)
+            self._last_ns = line.at_ns
 
     def _events(self, index: int, record: Record) -> Iterator[EventLine]:
         line = partial(EventLine, record, index, record.severity)
@@ -160,10 +162,10 @@ class _RecordLines:
             yield line("└ ", OperationState.FAILED.value)
 
     def _violated(self, index: int, record: Record) -> Iterator[EventLine]:
-        for violation in self._execution.violations:
+        for violation in sorted(self._execution.violations, key=lambda each: each.at_ns):
             if violation.record == index:
                 label = f"{violation.requirement}: {violation.reason}"
-                yield EventLine(record, index, RecordSeverity.ERROR, "✗ ", label)
+                yield EventLine(record, index, RecordSeverity.ERROR, "✗ ", label, own_ns=violation.at_ns)
 
     def _changes(self, record: Record) -> str:
         """Return the changes that the line of a record shows; all of them where a tester acts."""

@@ -327,7 +327,7 @@ def _logged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]
     """Yield the log of the run, line by line; all lines of one moment have the number of its last record."""
     numbers = {record.at_ns: number for number, record in enumerate(execution.trace.records)}
     for line in event_lines(model, execution):
-        number = numbers[line.at_ns]
+        number = numbers[line.record.at_ns]
         content = _log(execution, line.at_ns, number, line.severity, line.text)
         yield McapMessage("/events", line.at_ns, number, content)
     at_ns, number = max(numbers.items(), default=(0, 0))  # a run that was lost has no records
