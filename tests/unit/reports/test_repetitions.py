@@ -12,9 +12,10 @@ from scbm.cases import Case, CaseLimits, OutcomeRule
 from scbm.cases.trace import End
 from scbm.cases.trace.repetitions import FEWEST_TURNS
 from scbm.files import read_model
-from scbm.model import Outcome
+from scbm.model import BehaviorModel, Outcome
 from scbm.reports.html.timelines import pack_timelines
-from scbm.reports.terminal.failure_report import failure_lines
+from scbm.reports.terminal.failure_report import failure_lines, lines_that_show
+from scbm.reports.terminal.timeline import timeline
 from scbm.testing import Execution, Tester
 from scbm.testing.campaign_results_json import repetition_json
 from support.wording import Wording
@@ -48,12 +49,12 @@ goals:
 MODEL = read_model(RISING_EDGE)
 
 
-def _execution(plans: int | None = None) -> Execution:
+def _execution(plans: int | None = None, model: BehaviorModel = MODEL) -> Execution:
     rule = OutcomeRule("motor", 1, 1, Outcome.FAIL)
     case = Case(
-        "stuck", "marked", MODEL.goals[0][1], MODEL.nominal_state, outcomes=(rule,), limits=CaseLimits(plans=plans)
+        "stuck", "marked", model.goals[0][1], model.nominal_state, outcomes=(rule,), limits=CaseLimits(plans=plans)
     )
-    return Tester(MODEL).execute(case)
+    return Tester(model).execute(case)
 
 
 def test_the_story_has_the_cause_and_one_turn(wording: Wording) -> None:
@@ -63,6 +64,22 @@ def test_the_story_has_the_cause_and_one_turn(wording: Wording) -> None:
     assert any("3.000 s" in line and "reply 1" in line for line in lines)
     assert sum("┌ move" in line for line in lines) == 2
     wording("\n".join(lines))
+
+
+@pytest.mark.parametrize("reasons", ["all", "violation"])
+def test_a_violation_within_the_turns_is_in_the_story(reasons: str) -> None:
+    model = read_model(RISING_EDGE + "requirements: {late: execute == true leads to stage == at_mark within 100 s}\n")
+    execution = _execution(model=model)
+    (violation,) = (each for each in execution.violations if each.requirement == "late")
+    assert execution.repetition is not None
+    assert violation.record >= execution.repetition.begin + execution.repetition.length
+    failures = [each for each in execution.verdict.failures if reasons == "all" or each.subject == "late"]
+    excerpt = [line.plain for line in lines_that_show(model, execution, failures)]
+    replayed = [line.plain for line in timeline(model, execution, every=False)]
+    for lines in (excerpt, replayed):
+        (marked,) = (number for number, line in enumerate(lines) if "✗ late: " in line)
+        assert lines[marked][:11] == "  100.000 s"
+        assert "↻ repeats 99 times" in lines[marked + 1]
 
 
 def test_a_repetition_has_its_place_in_json() -> None:

@@ -48,6 +48,10 @@ class Repetition(Struct, frozen=True):
         """The index of the record behind the last turn."""
         return self.begin + self.length * self.turns
 
+    def hides(self, index: int) -> bool:
+        """Return whether a record belongs to a turn that the story of a run leaves out: any but the first."""
+        return self.begin + self.length <= index < self.end
+
 
 def find_repetition(records: Sequence[Record]) -> Repetition | None:
     """Return the repetition with which the last run for a goal ends; `None` if it does not repeat so."""

@@ -48,6 +48,9 @@ if TYPE_CHECKING:
 _MAX_IN_A_ROW = 20
 """Maximum number of automatic transitions in a row that have a line each; a livelock has thousands of them."""
 
+_VIOLATED = "✗ "
+"""The mark of a line about a violated requirement."""
+
 _STATE_MARKS = dict.fromkeys(OperationState, "└ ") | {
     OperationState.EXECUTING: "┌ ",
     OperationState.DISABLED: "┆ ",
@@ -112,6 +115,8 @@ def event_lines(
 def story_lines(model: BehaviorModel, execution: Execution, *, every: bool = False) -> Iterator[EventLine]:
     """Yield the log of a run with one turn of what repeats until its end, and a line that counts the turns.
 
+    Of the other turns, the lines of violations stay.
+
     Args:
         model: the model that was run.
         execution: the run.
@@ -123,8 +128,10 @@ def story_lines(model: BehaviorModel, execution: Execution, *, every: bool = Fal
             is_counted, index = True, found.end - 1
             record = execution.trace.records[index]
             yield EventLine(record, index, RecordSeverity.WARNING, "↻ ", found.words, begins_moment=True)
-        if found is None or line.index < found.begin + found.length or line.index >= found.end:
+        if found is None or not found.hides(line.index):
             yield line
+        elif line.mark == _VIOLATED:
+            yield replace(line, begins_moment=True)
 
 
 class _RecordLines:
@@ -165,7 +172,7 @@ class _RecordLines:
         for violation in sorted(self._execution.violations, key=lambda each: each.at_ns):
             if violation.record == index:
                 label = f"{violation.requirement}: {violation.reason}"
-                yield EventLine(record, index, RecordSeverity.ERROR, "✗ ", label, own_ns=violation.at_ns)
+                yield EventLine(record, index, RecordSeverity.ERROR, _VIOLATED, label, own_ns=violation.at_ns)
 
     def _changes(self, record: Record) -> str:
         """Return the changes that the line of a record shows; all of them where a tester acts."""

@@ -63,10 +63,15 @@ def _window(lines: Sequence[EventLine], extent: tuple[int, int]) -> tuple[int, i
 
 
 def _extent(execution: Execution, failure: Failure) -> tuple[int, int]:
-    """Return the range of records that shows a failure: that of the violation, else the end of the run."""
+    """Return the range of records that shows a failure: that of the violation, else the end of the run.
+
+    If the violation is in a turn that the story leaves out, the range ends with the last turn, where turns are counted.
+    """
     violation = violation_of(failure, execution.violations)
     if violation is not None:
-        return violation.begins, violation.record + 1
+        found = execution.repetition
+        is_counted = found is not None and found.hides(violation.record)
+        return violation.begins, found.end if found is not None and is_counted else violation.record + 1
     return len(execution.trace.records), len(execution.trace.records)
 
 
