@@ -16,7 +16,7 @@ from scbm.model import BehaviorModel, Outcome
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.terminal.failure_report import failure_lines, lines_that_show
 from scbm.reports.terminal.timeline import timeline
-from scbm.testing import Execution, Tester
+from scbm.testing import Execution, RandomCases, Tester
 from scbm.testing.campaign_results_json import repetition_json
 from support.wording import Wording
 
@@ -97,6 +97,33 @@ def test_the_page_counts_the_turns(wording: Wording) -> None:
     packed = pack_timelines(MODEL, [_execution()])
     texts = json.loads(decompress(b64decode(packed["shared"])))["texts"]
     wording([text for text in texts if "repeats" in text])
+
+
+WAITING = """
+behavior_model: waiting
+variables:
+  gate: {domain: [closed, open], initial: closed}
+  done: {domain: bool, initial: false}
+operations:
+  look: {pre: {g: done == true}, post: {g: true}}
+environment:
+  open: {guard: gate == closed, actions: [gate <- open], every: 35 s}
+  close: {guard: gate == open, actions: [gate <- closed], after: 10 s}
+goals: {done: done == true}
+"""
+
+
+def test_changes_from_outside_that_repeat_are_one_turn_behind_the_cause() -> None:
+    model = read_model(WAITING)
+    execution = Tester(model).execute(next(RandomCases(model).first(1, seed=1)))
+    assert execution.verdict.end is End.TIME_LIMIT
+    found = execution.repetition
+    assert found is not None
+    assert (found.length, found.turns) == (2, 102)
+    lines = [line.plain for line in timeline(model, execution, every=False)]
+    assert sum("environment open" in line for line in lines) == 1
+    assert any("repeats 102 times" in line for line in lines)
+    assert any("unsolvable" in line.plain for line in lines_that_show(model, execution, execution.verdict.failures))
 
 
 @pytest.mark.parametrize("turns", [FEWEST_TURNS - 1, FEWEST_TURNS])

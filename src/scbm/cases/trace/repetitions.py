@@ -1,4 +1,4 @@
-"""Repetitions: a run that asks for plans without end does the same again and again until a limit ends it."""
+"""Repetitions: a run without progress does the same again and again until a limit ends it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from scbm.cases.trace.records import PlanAsked, RunEnded
+from scbm.cases.trace.records import MeasurementReceived, PlanAsked, RunEnded
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
@@ -24,7 +24,7 @@ _DIFFERENT = ("at_ns", "ask", "request")
 
 
 class Repetition(Struct, frozen=True):
-    """The last part of a run, in which one turn repeats. Each turn has a question for a plan.
+    """The last part of a run, in which one turn repeats: with a question for a plan, or of changes from outside only.
 
     Attributes:
         begin: the index of the first record of the first turn.
@@ -64,11 +64,18 @@ def find_repetition(records: Sequence[Record]) -> Repetition | None:
         while first >= length and keys[first] == keys[first - length]:
             first -= 1
         begin = first - length + 1
-        asked = next((i for i in range(begin, begin + length) if isinstance(records[i], PlanAsked)), None)
-        if asked is not None and (last - asked) // length >= FEWEST_TURNS:
-            turns = (last - asked) // length
-            return Repetition(asked, length, turns, records[asked + length * turns - 1].at_ns)
+        start = _start(records, range(begin, begin + length))
+        if start is not None and (last - start) // length >= FEWEST_TURNS:
+            turns = (last - start) // length
+            return Repetition(start, length, turns, records[start + length * turns - 1].at_ns)
     return None
+
+
+def _start(records: Sequence[Record], turn: range) -> int | None:
+    """Return the record with which a turn begins: its question for a plan, or the first if all come from outside."""
+    if all(isinstance(records[index], MeasurementReceived) for index in turn):
+        return turn.start
+    return next((index for index in turn if isinstance(records[index], PlanAsked)), None)
 
 
 def _key(record: Record) -> Hashable:
