@@ -256,6 +256,18 @@ class _ModelText:
             return False
         return self._ranges.decided(comparison)
 
+    def _told_apart(self, condition: PddlFormula, scope: Mapping[str, str]) -> PddlFormula:
+        """Return a condition, simplified, in which no terms are compared that have no object in common."""
+
+        def folded(formula: PddlFormula, scope: Mapping[str, str]) -> PddlFormula:
+            if formula.kind == "equals" and all(part.kind in {"parameter", "object"} for part in formula.parts):
+                terms = [{t.name} if t.kind == "object" else {*self._objects_of[scope[t.name]]} for t in formula.parts]
+                return formula if set.intersection(*terms) else FALSE
+            inside = {**scope, **dict(formula.variables)}
+            return replace(formula, parts=tuple(folded(part, inside) for part in formula.parts))
+
+        return self._simplified(folded(condition, scope))
+
     def _is_static(self, formula: PddlFormula) -> bool:
         return not any(f.kind == "fluent" and f.name not in self._static for f in inner_formulas(formula))
 
@@ -535,8 +547,10 @@ class _ModelText:
         return replace(case, conditions=(*case.conditions, *(each for each in equalities if each != TRUE)))
 
     def _case_lines(self, name: str, action: PddlLiftedAction, case: ActionCase) -> list[str]:
-        if not case.changes or FALSE in case.conditions:
+        needed = self._told_apart(PddlFormula("and", case.conditions), dict(case.parameters))
+        if not case.changes or needed == FALSE:
             return []
+        case = replace(case, conditions=tuple(conjuncts(needed)))
         self._assigned |= dict.fromkeys(change.fluent for change in case.changes)
         scope = self._names.parameters([parameter for parameter, _ in case.parameters])
         static = [c for c in case.conditions if self._is_static(c) and case.parameters]
@@ -574,7 +588,7 @@ class _ModelText:
     # goals
 
     def _goal_lines(self) -> list[str]:
-        goal = self._simplified(PddlFormula("and", self._task.goals))
+        goal = self._told_apart(PddlFormula("and", self._task.goals), {})
         parts = conjuncts(goal)
         if len(parts) > 1:
             return _guard_lines("  goal", [self._shown(part, {}, inner=True) for part in parts])

@@ -9,7 +9,7 @@ import pytest
 
 from scbm.files import read_model
 from scbm.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
-from scbm.planning import Planner, Solved
+from scbm.planning import Planner, Solved, Unsolvable
 
 # the reader of `unified-planning` 1.3 calls old names of a library of its own
 pytestmark = pytest.mark.filterwarnings("ignore:.* deprecated - use:DeprecationWarning")
@@ -149,3 +149,46 @@ def test_two_values_at_once_are_an_error_of_different_objects_only() -> None:
     domain = EQUAL.format(needs="(road ?a ?c)", effects="(lit ?a) (assign (dirt ?a) 0) (assign (dirt ?b) 2)")
     text = imported(domain, EQUAL_PROBLEM.replace("(lit a)", "(and (lit a) (= (dirt a) 2))"))
     assert "where: road(a_2, c_2) && a_2 != b_2" in text
+
+
+EDGES = """(define (domain edges) (:requirements :typing :adl :durative-actions)
+ (:types thing none - object lamp door - thing both - lamp both - door)
+ (:constants l1 l2 - lamp d1 - door) (:predicates (lit ?t - thing) (open ?d - door) (done))
+ (:action light :parameters (?l - lamp ?d - door) :precondition {needs} :effect (and (lit ?l) {effect}))
+ (:durative-action mend :parameters (?l ?m - lamp) :duration (= ?duration 2) :condition (and {timed})
+  :effect (and {started} (at end (open d1)))))
+"""
+EDGES_PROBLEM = """(define (problem p) (:domain edges) (:init) (:goal {goal}))
+"""
+
+
+def plan_length(
+    goal: str, needs: str = "()", effect: str = "(done)", timed: str = "", started: str = "(at start (lit ?l))"
+) -> int | None:
+    """Return the length of the shortest plans of a problem with some lamps and a door; `None` without plan."""
+    domain = EDGES.format(needs=needs, effect=effect, timed=timed, started=started)
+    model = read_model(imported(domain, EDGES_PROBLEM.format(goal=goal)))
+    answer = Planner(model).plan(model.nominal_state, model.goals[0][1])
+    assert isinstance(answer, Solved | Unsolvable)
+    return len(answer.plan) if isinstance(answer, Solved) else None
+
+
+@pytest.mark.parametrize(
+    "needs",
+    [
+        "(not (= ?l ?d))",
+        "(not (= l1 d1))",
+        "(and (not (= ?l d1)) (not (= ?d l1)))",
+        "(not (exists (?x - door) (= ?x ?l)))",
+        "(forall (?n - none) (= ?n ?d))",
+    ],
+)
+def test_terms_without_a_common_object_are_never_equal(needs: str) -> None:
+    assert plan_length("(done)", needs) == 1
+    assert plan_length("(done)", f"(not {needs})") is None
+
+
+def test_terms_are_told_apart_after_they_stand_for_single_objects() -> None:
+    effect = "(forall (?t - thing) (when (not (= ?t ?l)) (lit ?t)))"
+    assert plan_length("(and (lit l1) (lit l2) (lit d1))", effect=effect) == 1
+    assert plan_length("(forall (?t - thing) (or (= ?t d1) (lit ?t)))") == 2

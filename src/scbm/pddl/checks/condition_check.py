@@ -10,7 +10,7 @@ from scbm.pddl.pddl_text import NUMBER
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from scbm.pddl.checks.declared_names import DeclaredFluent, Kinds, PddlNames
+    from scbm.pddl.checks.declared_names import DeclaredFluent, Kinds, PddlNames, Term
     from scbm.pddl.checks.pddl_nodes import FileFaults, PddlNode
 
 COMPARISONS = ("<", ">", "<=", ">=")
@@ -139,7 +139,7 @@ class ConditionCheck:
                 )
                 self.faults.wrong(each, message, remedy)
 
-    def term(self, node: PddlNode, scope: Mapping[str, Kinds]) -> tuple[str, Kinds]:
+    def term(self, node: PddlNode, scope: Mapping[str, Kinds]) -> Term:
         """Return a variable or an object, and its types."""
         word = node.word
         if node.is_list:
@@ -169,7 +169,8 @@ class ConditionCheck:
         first, second = node.parts[1:]
         if self._is_number(first) or self._is_number(second):
             return f"(= {self.number(first, scope)} {self.number(second, scope)})"
-        return f"(= {self.term(first, scope)[0]} {self.term(second, scope)[0]})"
+        terms = self.term(first, scope), self.term(second, scope)
+        return f"(= {terms[0][0]} {terms[1][0]})" if self.names.can_be_equal(*terms) else "(or)"
 
     def _is_number(self, node: PddlNode) -> bool:
         if node.is_list:

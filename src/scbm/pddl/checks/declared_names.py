@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 Kinds: TypeAlias = "tuple[str, ...]"
 """The types of a parameter: several for `either`; none if its type has an error."""
 
+Term: TypeAlias = "tuple[str, Kinds]"
+"""A variable or an object as a text for `unified-planning`, and its types."""
+
 _TYPO = 0.8
 """The ratio of `difflib` from which on an undeclared parent is no type of its own: `thng` is not, beside `thing`."""
 
@@ -150,6 +153,17 @@ class PddlNames:
     def fits(self, kinds: Kinds, wanted: Kinds) -> bool:
         """Return whether all objects of types are of one of the wanted types."""
         return not wanted or all(any(self.is_below(kind, each) for each in wanted) for kind in kinds)
+
+    def can_be_equal(self, first: Term, second: Term) -> bool:
+        """Return whether two terms can stand for one object."""
+        objects = [term for term in (first, second) if term[0].startswith("o-")]
+        if len(objects) > 1:
+            return first == second
+        candidates = [kinds for _, kinds in objects] or [(kind,) for kind in self._kinds_of_objects()]
+        return any(self.fits(kinds, first[1]) and self.fits(kinds, second[1]) for kinds in candidates)
+
+    def _kinds_of_objects(self) -> list[str]:
+        return [*(kind for kind in self._object_types if kind in self._parents), ANY_OBJECT]
 
     def read_unions(self, nodes: Iterable[PddlNode], faults: FileFaults) -> None:
         """Make a type for each `(either TYPE TYPE)` within expressions, above these types."""
