@@ -192,3 +192,9 @@ def test_terms_are_told_apart_after_they_stand_for_single_objects() -> None:
     effect = "(forall (?t - thing) (when (not (= ?t ?l)) (lit ?t)))"
     assert plan_length("(and (lit l1) (lit l2) (lit d1))", effect=effect) == 1
     assert plan_length("(forall (?t - thing) (or (= ?t d1) (lit ?t)))") == 2
+
+
+@pytest.mark.parametrize("effect", ["(done)", "(when (not (open ?d)) (done))", "(when (= ?n ?n) (done))"])
+def test_an_effect_for_each_of_no_objects_does_not_happen(effect: str) -> None:
+    assert plan_length("(done)", effect=f"(forall (?n - none) {effect})") is None
+    assert plan_length("(done)", effect=f"(forall (?n - lamp) {effect})") == 1

@@ -278,6 +278,9 @@ class ActionCheck:
         self._add(f"({word} {shown} {self._conditions.number(value, around.scope)})", name, around)
 
     def _add(self, text: str, fluent: str, around: _EffectContext) -> None:
+        if not all(map(self._names.have_objects, around.variables.values())):
+            self._effects.append(_CheckedEffect("", fluent, around))  # for each of no objects, named or not
+            return
         if around.conditions:
             text = f"(when (and {' '.join(around.conditions)}) {text})"
         if around.moment:

@@ -162,6 +162,10 @@ class PddlNames:
         candidates = [kinds for _, kinds in objects] or [(kind,) for kind in self._kinds_of_objects()]
         return any(self.fits(kinds, first[1]) and self.fits(kinds, second[1]) for kinds in candidates)
 
+    def have_objects(self, kinds: Kinds) -> bool:
+        """Return whether there are objects of some types."""
+        return any(self.fits((kind,), kinds) for kind in self._kinds_of_objects())
+
     def _kinds_of_objects(self) -> list[str]:
         return [*(kind for kind in self._object_types if kind in self._parents), ANY_OBJECT]
 
