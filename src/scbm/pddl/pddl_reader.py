@@ -158,7 +158,7 @@ class _TaskReader:
             for timing, several in action.effects.items()
             for each in several
         )
-        started = {(each.fluent, each.value) for each in effects if each.moment == 0 and each.condition == TRUE}
+        started = {(each.fluent, each.value) for each in effects if _is_certain_at_start(each)}
         conditions = []
         for interval, several in action.conditions.items():
             at_start = interval.lower.is_from_start() and interval.upper.is_from_start()
@@ -214,6 +214,10 @@ class _TaskReader:
 
 def _type_name(kind: Any) -> str:  # noqa: ANN401 - of the library
     return _plain(str(kind.name))
+
+
+def _is_certain_at_start(effect: PddlEffect) -> bool:
+    return effect.moment == 0 and effect.condition == TRUE and not effect.variables
 
 
 def _asserted(formula: PddlFormula) -> tuple[PddlFormula, PddlFormula] | None:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import pytest
 
 from scbm.files import read_model
+from scbm.model import InputError
 from scbm.pddl import PddlImportOptions, PddlText, imported_model, read_pddl
 from scbm.planning import Planner, Solved, Unsolvable
 
@@ -198,3 +199,44 @@ def test_terms_are_told_apart_after_they_stand_for_single_objects() -> None:
 def test_an_effect_for_each_of_no_objects_does_not_happen(effect: str) -> None:
     assert plan_length("(done)", effect=f"(forall (?n - none) {effect})") is None
     assert plan_length("(done)", effect=f"(forall (?n - lamp) {effect})") == 1
+
+
+@pytest.mark.parametrize(
+    ("timed", "started", "length"),
+    [
+        ("(over all (lit ?l))", "(at start (lit ?l))", 1),  # made true
+        ("(over all (lit ?l))", "(at start (lit ?l)) (at start (not (lit ?m)))", 1),  # an addition precedes a deletion
+        ("(at end (not (lit ?l)))", "(at start (not (lit ?l)))", 1),
+        ("(at start (lit ?l)) (over all (lit ?l))", "(at start (lit ?m))", 2),  # left true
+        ("(over all (lit ?l)) (at start (not (= ?m ?l)))", "(at start (not (lit ?m)))", 2),  # another fact
+        ("(over all (lit ?l))", "(at start (not (lit d1)))", 2),
+        ("(over all (exists (?l - lamp) (lit ?l)))", "(at start (not (open d1)))", 2),
+        ("(over all (lit ?l))", "(forall (?l - door) (at start (lit ?l)))", 2),
+    ],
+)
+def test_later_conditions_hold_whatever_the_start_of_their_action_changes(
+    timed: str, started: str, length: int
+) -> None:
+    assert plan_length("(open d1)", timed=timed, started=started) == length
+
+
+@pytest.mark.parametrize(
+    ("timed", "started"),
+    [
+        ("(at end (lit ?l))", "(at start (not (lit ?l)))"),
+        ("(over all (lit ?l))", "(at start (not (lit ?l))) (at end (lit ?l))"),
+        ("(over all (lit ?l))", "(at start (lit ?m))"),
+        ("(over all (not (lit ?l)))", "(at start (not (lit ?l))) (at start (lit ?m))"),
+        ("(over all (lit ?l))", "(when (at start (open d1)) (at start (lit ?l)))"),
+        ("(over all (or (lit ?l) (done)))", "(at start (lit ?l))"),
+        ("", "(at start (lit ?l)) (when (forall (?x - lamp) (at end (lit ?x))) (at end (done)))"),
+        ("(forall (?x - lamp) (over all (lit ?x)))", "(forall (?x - lamp) (at start (lit ?x)))"),
+        (
+            "(at start (not (= ?l ?m)))",
+            "(at start (lit ?l)) (forall (?m - lamp) (when (at end (lit ?m)) (at end (done))))",
+        ),
+    ],
+)
+def test_later_conditions_that_the_start_of_their_action_changes_are_refused(timed: str, started: str) -> None:
+    with pytest.raises(InputError, match="after this action has changed it at its start"):
+        plan_length("(open d1)", timed=timed, started=started)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -9,6 +10,7 @@ from msgspec.structs import replace
 
 from scbm.pddl.checks.condition_check import COMPARISONS, ConditionCheck
 from scbm.pddl.checks.declared_names import NAME, remedy_for
+from scbm.pddl.checks.start_changes import StartChange, TimedRead, changed_reads
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,21 +34,13 @@ class _EffectContext(Struct, frozen=True):
         scope: the types of the variables that it can name.
         variables: the variables of the `forall` around it.
         conditions: the texts of the conditions of the `when` around it.
-        later: the conditions that are not at the start of the action.
         moment: `start` or `end`; empty for an action without duration.
     """
 
     scope: Mapping[str, Kinds]
     variables: Mapping[str, Kinds]
     conditions: tuple[str, ...] = ()
-    later: tuple[PddlNode, ...] = ()
     moment: str = ""
-
-
-class _CheckedEffect(Struct, frozen=True):
-    text: str
-    fluent: str
-    around: _EffectContext
 
 
 class ActionCheck:
@@ -56,7 +50,9 @@ class ActionCheck:
         self._names = names
         self._faults = faults
         self._conditions = ConditionCheck(names, faults, is_domain=True)
-        self._effects: list[_CheckedEffect] = []
+        self._effects: list[str] = []
+        self._started: list[StartChange] = []
+        self._read: list[TimedRead] = []
 
     def action(self, node: PddlNode) -> tuple[str, str]:
         """Return the name of an action, and the action as a text for `unified-planning`."""
@@ -64,7 +60,7 @@ class ActionCheck:
         keys = self._keys(node)
         given = keys.get(":parameters")
         parameters = self._names.read_parameters(given.parts, self._faults) if given is not None else {}
-        self._effects = []
+        self._effects, self._started, self._read = [], [], []
         self._conditions.duration = None
         duration = self._duration(keys[":duration"], parameters) if ":duration" in keys else ""
         condition = keys.get(":condition" if kind == ":durative-action" else ":precondition")
@@ -81,8 +77,8 @@ class ActionCheck:
             before = self._faults.found
             if not self._effects and not before:
                 self._faults.wrong(effect, f"`{name}` has no effect", "write what it changes, or leave out the action")
-            self._check_later_conditions()
-        effects = f"(and {' '.join(each.text for each in self._effects)})"
+            self._check_changes_at_start()
+        effects = f"(and {' '.join(self._effects)})"
         words = f":duration {duration} :condition" if kind == ":durative-action" else ":precondition"
         start = f"({kind} a-{name} :parameters ({self._names.parameters_text(parameters)})"
         return name, f"{start} {words} {shown} :effect {effects})"
@@ -161,6 +157,9 @@ class ActionCheck:
         inside = self._conditions.condition(node.parts[2], scope)
         if bound:
             inside = f"(forall ({self._names.parameters_text(bound)}) {inside})"
+        for each in self._flat(node.parts[2]):
+            text = self._conditions.condition(each, scope)
+            self._read.append(TimedRead(each, node.parts[1].word, scope, bound, text))
         return [f"({node.head} {node.parts[1].word} {inside})"]
 
     @staticmethod
@@ -225,17 +224,17 @@ class ActionCheck:
                 self._effect(operands[1], self._bound(operands[0], around))
             case "when" if self._conditions.has_parts(node, 2, "(when CONDITION EFFECT)"):
                 condition = self._conditions.condition(operands[0], around.scope)
-                later = (*around.later, operands[0]) if around.moment == "end" else around.later
-                self._effect(operands[1], replace(around, conditions=(*around.conditions, condition), later=later))
+                self._add_later(operands[0], around)
+                self._effect(operands[1], replace(around, conditions=(*around.conditions, condition)))
             case "not" if self._conditions.has_parts(node, 1, "(not FACT)"):
                 if self._is_fact(operands[0]):
                     fact = self._conditions.fluent(operands[0], around.scope, is_numeric=False)
-                    self._add(f"(not {fact})", operands[0].head, around)
+                    self._add(f"(not {fact})", operands[0], around)
             case word if word in _CHANGES:
                 self._change(node, around)
             case _ if node.head not in ("forall", "when", "not") and self._is_fact(node):
                 fact = self._conditions.fluent(node, around.scope, is_numeric=False)
-                self._add(fact, node.head, around)
+                self._add(fact, node, around)
             case _:
                 pass
 
@@ -265,29 +264,44 @@ class ActionCheck:
         if target.is_list:
             if not self._conditions.is_expression(target, "function"):
                 return
-            shown, name = self._conditions.fluent(target, around.scope, is_numeric=True), target.head
+            shown = self._conditions.fluent(target, around.scope, is_numeric=True)
         else:
-            shown, name = self._conditions.number(target, around.scope), target.word
-            if name not in self._names.fluents:
+            shown = self._conditions.number(target, around.scope)
+            if target.word not in self._names.fluents:
                 return
         word = node.head
         if word in {"scale-up", "scale-down"}:
             what = "products" if word == "scale-up" else "quotients"
             self._faults.refuse(node, f"{what} cannot be expressed in a model", "write `increase` or `decrease`")
             word = "increase" if word == "scale-up" else "decrease"
-        self._add(f"({word} {shown} {self._conditions.number(value, around.scope)})", name, around)
+        self._add_later(value, around, is_value=True)
+        text = f"({word} {shown} {self._conditions.number(value, around.scope)})"
+        if word != "assign":
+            self._check_counted(node, text, around)
+        self._add(text, target, around)
 
-    def _add(self, text: str, fluent: str, around: _EffectContext) -> None:
+    def _check_counted(self, node: PddlNode, text: str, around: _EffectContext) -> None:
+        """Refuse to add to a number once for each object of a `forall` that the effect does not name."""
+        words = re.findall(r"[^\s()]+", " ".join((text, *around.conditions)))
+        for name in around.variables:
+            if f"?{name}" not in words:
+                message = f"`{node.head}` happens once for each `?{name}`, which it does not name"
+                self._faults.refuse(node, message, "write the sum, without `forall`")
+
+    def _add(self, text: str, target: PddlNode, around: _EffectContext) -> None:
         if not all(map(self._names.have_objects, around.variables.values())):
-            self._effects.append(_CheckedEffect("", fluent, around))  # for each of no objects, named or not
+            self._effects.append("")  # for each of no objects, even where the effect does not name them
             return
+        if around.moment == "start":
+            is_certain = not around.conditions and not around.variables
+            self._started.append(StartChange(target, text, around.scope, around.variables, is_certain))
         if around.conditions:
             text = f"(when (and {' '.join(around.conditions)}) {text})"
         if around.moment:
             text = f"(at {around.moment} {text})"
         if around.variables:
             text = f"(forall ({self._names.parameters_text(around.variables)}) {text})"
-        self._effects.append(_CheckedEffect(text, fluent, around))
+        self._effects.append(text)
 
     # effects of actions with a duration
 
@@ -318,6 +332,7 @@ class ActionCheck:
     def _timed_when(self, condition: PddlNode, effect: PddlNode, around: _EffectContext) -> None:
         """Check an effect with a condition: the condition is that before the action, at the start or not."""
         timed = list(self._flat(condition))
+        known = len(self._read)
         texts = self._timed_conditions(condition, around.scope, {})
         inside = [text.split(" ", 2)[2][:-1] for text in texts]
         later = [each for each in timed if each.parts[1:] and each.parts[1].word != "start"]
@@ -325,21 +340,32 @@ class ActionCheck:
             message = "an effect at the start has a condition that is later than the start"
             self._faults.wrong(later[0], message, "write `at start` for the condition, too")
         conditions = (*around.conditions, *inside)
-        self._timed_effect(effect, replace(around, conditions=conditions, later=(*around.later, *later)))
+        self._read[known:] = [
+            replace(each, variables={**around.variables, **each.variables}, text="")
+            for each in self._read[known:]
+            if each.moment != "start"
+        ]
+        self._timed_effect(effect, replace(around, conditions=conditions))
 
     def _flat(self, node: PddlNode) -> list[PddlNode]:
         return [inner for each in node.parts[1:] for inner in self._flat(each)] if node.head == "and" else [node]
 
-    def _check_later_conditions(self) -> None:
-        """Refuse conditions of effects that read at the end what the action changes at its start."""
-        started = {each.fluent for each in self._effects if each.around.moment == "start"}
-        for effect in self._effects:
-            for condition in effect.around.later:
-                inside = condition.parts[2] if self._is_timed(condition, ("start", "all", "end")) else condition
-                for node in inside.lists():
-                    if node.head in started:
-                        message = f"the condition reads `{node.head}` after this action has changed it at its start"
-                        self._faults.refuse(node, message, "write what holds before the action, with `at start`")
+    def _add_later(self, node: PddlNode, around: _EffectContext, *, is_value: bool = False) -> None:
+        """Note what an effect at the end reads."""
+        if around.moment == "end":
+            self._read.append(TimedRead(node, "end", around.scope, around.variables, is_value=is_value))
+
+    def _check_changes_at_start(self) -> None:
+        """Refuse what an action reads after it has changed it at its start."""
+        for read, is_value, pair in changed_reads(self._read, self._started, self._names):
+            what, remedy = "condition", "write what holds before the action, with `at start`"
+            if is_value:
+                what, remedy = "value", "write both effects at one moment"
+            if pair is not None:
+                remedy = f"{remedy}, or `(at start (not (= {' '.join(pair)})))`"
+            name = read.head or read.word
+            message = f"the {what} reads `{name}` after this action has changed it at its start"
+            self._faults.refuse(read, message, remedy)
 
 
 def _short(node: PddlNode) -> str:

@@ -1,0 +1,6 @@
+(define (problem one-crate)
+  (:domain depot)
+  (:objects r1 - robot c1 - crate shelf - zone)
+  (:init (at r1 dock) (at c1 shelf) (free r1) (= (battery r1) 5)
+    (= (moves) 0) (= (distance dock shelf) 2) (= (distance shelf dock) 2))
+  (:goal (on c1 r1)))
