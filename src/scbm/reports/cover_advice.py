@@ -52,6 +52,10 @@ class CoverMeans(Enum):
 
     CHANCE = "perhaps by chance: run more cases"
     NEW_GOAL = "no plan needs them: add a goal or an initial state that needs them"
+    UNASSUMED = (
+        "no plan needs them: guards or goals on the plans read {}, but plans count on a measured value only if "
+        "`assumes` lists it"
+    )
     UNREAD = "no plan needs them: no guard or goal on the plans reads what they change ({}){}"
     PLANNED_AT_ONCE = (
         "they start in the moment of the plan, and plans take no time in random cases: give a case `planning: 1 s` and "
@@ -115,7 +119,7 @@ class CoverAdvice(Struct, frozen=True):
     @property
     def is_named(self) -> bool:
         """Whether the advice is about these obligations alone, so that reports name them."""
-        return "{" in self.means.value or self.means is CoverMeans.NO_WAY
+        return "{" in self.means.value or self.means in (CoverMeans.NO_WAY, CoverMeans.NEW_GOAL)
 
 
 _SINGULAR = {"they wait": "it waits", "they complete": "it completes", "they change": "it changes"} | {
@@ -296,18 +300,22 @@ class CoverAdvisor:
 
     def _queued(self, operation: Operation) -> CoverAdvice:
         """Return why no plan has an operation: nothing on the plans reads what it changes, or another goal would."""
-        requests = dict.fromkeys(name for each in self._model.resources for name in (each.trigger, each.request_state))
+        resources = self._model.resources
+        requests = dict.fromkeys(name for each in resources for name in (each.trigger, each.request_state))
         assigned = dict.fromkeys(action.target for action in (*operation.pre.a, *operation.post.a))
-        changed = {name: None for name in assigned if name not in requests}
+        asked = [each for each in resources if sets(operation.pre.running_actions, each)]
+        changed = {name: None for name in (*assigned, *(n for r in asked for n in r.measures)) if name not in requests}
         on_plans = [o for o in self._model.operations if self._visits[Obligation(o.name, Aspect.QUEUED)]]
         guards = [t.g for each in on_plans for t in (each.pre, each.post)]
-        is_read = any(name in changed for guard in guards for name in guard.reads())
-        reading = [name for name, goal in self._model.goals if any(each in changed for each in goal.reads())]
-        if on_plans and not is_read and all(name in self._kind.unplanned for name in reading):
-            folds = InstanceFolds.of(self._model)
+        guards += [goal for name, goal in self._model.goals if name not in self._kind.unplanned]
+        read = {name: None for guard in guards for name in guard.reads() if name in changed}
+        folds = InstanceFolds.of(self._model)
+        if on_plans and not read:
             plans = in_few(folds.folded(each.name for each in on_plans))
             where = f"; the plans have {plans}: one of them may lack a condition, or add a goal that reads it"
             return CoverAdvice(CoverMeans.UNREAD, folds.in_entries(in_few([*changed]) or "nothing"), where)
+        if on_plans and read.keys().isdisjoint(assigned):
+            return CoverAdvice(CoverMeans.UNASSUMED, folds.in_entries(in_few([*read])))
         return CHANCE if has_few_cases(self._coverage) else CoverAdvice(CoverMeans.NEW_GOAL)
 
     def _disabled(self, operation: Operation) -> CoverAdvice:

@@ -206,6 +206,28 @@ def test_what_follows_from_a_step_that_chance_takes_is_left_to_chance() -> None:
     assert advice("automatic/shine", waits, count=0).means is CoverMeans.CHANCE
 
 
+MEASURES = (
+    "inspect: {pre: {g: inspected == false}, post: {g: true, a: [inspected <- true]}}",
+    "inspect: {request: arm, deadline: 9 s, guard: inspected == false}",
+)
+ARM = ("arm: {", "arm: {measures: [inspected], ")
+
+
+def test_measured_values_are_what_an_operation_changes() -> None:
+    found = advice("inspect/queued", MEASURES, ARM)
+    assert (found.means, found.missing) == (CoverMeans.UNREAD, "inspected")
+
+
+def test_plans_count_on_measured_values_only_if_they_are_assumed() -> None:
+    read = ("emptied: load == empty && robot_at == pantry", "emptied: load == empty || inspected == true")
+    found = advice("inspect/queued", MEASURES, ARM, read)
+    assert (found.means, found.missing) == (CoverMeans.UNASSUMED, "inspected")
+
+
+def test_what_another_goal_would_plan_is_named() -> None:
+    assert CoverAdvice(CoverMeans.NEW_GOAL).is_named
+
+
 def test_all_reports_say_the_same(wording: Wording) -> None:
     campaign = campaign_of(read_model(DELIVERY))
     reasons = missed_reasons(
