@@ -56,6 +56,11 @@ class Latency(Struct, frozen=True):
         """The longest latency; `None` if there is none."""
         return None if self.shape is LatencyShape.EXPONENTIAL else self.points_ns[-1]
 
+    @property
+    def shortest_ns(self) -> int:
+        """The shortest latency."""
+        return 0 if self.shape is LatencyShape.EXPONENTIAL else self.points_ns[0]
+
 
 class DrawnVariable(Struct, frozen=True, dict=True):
     """A variable that simulated replies measure, and the values that they draw from.

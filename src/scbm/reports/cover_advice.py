@@ -10,14 +10,14 @@ import re
 from enum import Enum
 from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, InstanceFolds, Obligation
 from scbm.cases.trace import BecameCurrent, PlanAsked, PlanReceived, RunnerStarted, RunStarted
-from scbm.model import And, Equal, Outcome, Reference, RequestState
+from scbm.model import And, Equal, Outcome, Reference, RequestState, conjunction
 from scbm.model.predicates import TRUE, Constant, conjuncts
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import free_groups, is_triggered, moved
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from scbm.model import Action, BehaviorModel, Operation, Predicate, Resource, Transition, Value
     from scbm.store import History
     from scbm.testing import Campaign, Execution
+
+    _Step: TypeAlias = tuple[Obligation, Predicate, tuple[Action, ...]]
 
 _FEW_CASES = 20
 """Fewer cases than this say little about the goals and initial states of a model."""
@@ -74,7 +76,14 @@ class CoverMeans(Enum):
     NOT_MOVED = "they wait for {}, which changes with `--inputs drawn` only"
     NO_RATE = "they wait for {}, and no environment transition that assigns it has a rate"
     NEVER_HELD = "they wait for {}, which held in none of {}"
-    ANSWERED = "every request is answered: force `timeout` under `outcomes` of a case, or let `--network` lose messages"
+    NOT_SENT = "they wait for replies of {}, but nothing is requested there"
+    LATE = (
+        "no reply of {} comes before the deadline of its request: make the `deadline` longer or the `latency` shorter"
+    )
+    ANSWERED = (
+        "all requests to {} are answered in time: force `timeout` under `outcomes` of a case, or let `--network` lose "
+        "messages"
+    )
     ON_TIME = "nothing is requested: they time out only if their guard under `post` does not hold before the deadline"
     TIMELESS = "they have no `deadline`, so they never time out"
     AT_ONCE = "they complete as soon as they start, so they never time out"
@@ -84,8 +93,6 @@ class CoverMeans(Enum):
 _BESIDE_EXECUTION = (
     CoverMeans.UNDISTURBED,
     CoverMeans.NO_WAY,
-    CoverMeans.NO_FAILURES,
-    CoverMeans.ANSWERED,
     CoverMeans.ON_TIME,
     CoverMeans.TIMELESS,
     CoverMeans.AT_ONCE,
@@ -119,7 +126,8 @@ class CoverAdvice(Struct, frozen=True):
     @property
     def is_named(self) -> bool:
         """Whether the advice is about these obligations alone, so that reports name them."""
-        return "{" in self.means.value or self.means in (CoverMeans.NO_WAY, CoverMeans.NEW_GOAL)
+        is_about = "{" in self.means.value and self.means is not CoverMeans.ANSWERED
+        return is_about or self.means in (CoverMeans.NO_WAY, CoverMeans.NEW_GOAL)
 
 
 _SINGULAR = {"they wait": "it waits", "they complete": "it completes", "they change": "it changes"} | {
@@ -127,6 +135,7 @@ _SINGULAR = {"they wait": "it waits", "they complete": "it completes", "they cha
     "they time": "it times",
     "they never time": "it never times",
     "they start": "it starts",
+    "they were current": "it was current",
     "their guards never": "its guard never",
     "their": "its",
     "needs them": "needs it",
@@ -233,10 +242,17 @@ class CampaignKind(Struct, frozen=True, dict=True):
         """The states that guards are compared with; none if no run is to be had."""
         return self.seen[0]
 
-    @property
-    def states_in_words(self) -> str:
-        """The number of states that guards are compared with."""
-        return f"{counted(len(self.states), 'state')} of {counted(self.seen[1], 'case')}"
+    @cached_property
+    def while_current(self) -> Mapping[Value, Sequence[Mapping[str, Value]]]:
+        """The states that guards are compared with, by the operation that is current in them."""
+        found: dict[Value, list[Mapping[str, Value]]] = {}
+        for state in self.states:
+            found.setdefault(state[CURRENT_NAME], []).append(state)
+        return found
+
+    def states_in_words(self, count: int | None = None) -> str:
+        """Return the number of states that guards are compared with, by default all, and the number of cases."""
+        return f"{counted(len(self.states) if count is None else count, 'state')} of {counted(self.seen[1], 'case')}"
 
 
 def in_few(names: Sequence[str]) -> str:
@@ -258,8 +274,10 @@ class CoverAdvisor:
         self._coverage = coverage
         self._kind = kind
         self._visits = coverage.visits()
+        self._possible = {each: None for each, count in self._visits.items() if count}
         self._known: dict[Obligation, CoverAdvice] = {}
         self._held: dict[Predicate, bool] = {}
+        self._are_drawn: dict[Predicate, bool] = {}
         self._resources = {resource.request_state: resource for resource in model.resources}
         free = dict.fromkeys(name for group in free_groups(model) for name in group.names)
         rated = {a.target: None for each in model.environment if each.rate is not None for a in each.actions}
@@ -270,16 +288,27 @@ class CoverAdvisor:
     def advice(self, obligation: Obligation) -> CoverAdvice:
         """Return the advice for an obligation that no case visits."""
         if obligation not in self._known:
-            self._known[obligation] = CoverAdvice(CoverMeans.GUARDED)  # what waits for itself waits for nothing else
+            if not self._known:
+                self._find_possible()
             self._known[obligation] = self._find(obligation)
         return self._known[obligation]
 
+    def _find_possible(self) -> None:
+        """Find the steps that chance can take: each of them waits for others of them only, and so on."""
+        todo = [each for each in self._coverage.obligations if each not in self._possible]
+        todo = [each for each in todo if each.aspect is not Aspect.DISABLED]
+        found = todo
+        while found:
+            ready = (each for each in todo if (needed := _needed(each)) is None or needed in self._possible)
+            found = [each for each in ready if self._find(each) == CHANCE]
+            self._possible |= dict.fromkeys(found)
+            self._are_drawn.clear()
+            todo = [each for each in todo if each not in self._possible and each.aspect is not Aspect.QUEUED]
+
     def is_due(self, obligation: Obligation) -> bool:
         """Return whether a report shows the advice: it is no consequence of an operation that never executes."""
-        needed = Aspect.EXECUTING if obligation.aspect in _WHILE_EXECUTING else Aspect.QUEUED
-        is_first = obligation.aspect in (Aspect.TAKEN, Aspect.QUEUED)
-        has_begun = is_first or bool(self._visits[Obligation(obligation.subject, needed)])
-        return has_begun or self.advice(obligation).means in _BESIDE_EXECUTION
+        needed = _needed(obligation)
+        return needed is None or bool(self._visits[needed]) or self.advice(obligation).means in _BESIDE_EXECUTION
 
     def _find(self, obligation: Obligation) -> CoverAdvice:
         if obligation.aspect is Aspect.TAKEN:
@@ -289,10 +318,10 @@ class CoverAdvisor:
         of_aspect: dict[Aspect, Callable[[Operation], CoverAdvice]] = {
             Aspect.QUEUED: self._queued,
             Aspect.DISABLED: self._disabled,
-            Aspect.EXECUTING: lambda each: self._of_guards(each.pre.running_guard),
+            Aspect.EXECUTING: lambda each: self._of_guards(each.pre.running_guard, each),
             Aspect.FAILED: self._failed,
             Aspect.TIMEDOUT: self._timedout,
-            Aspect.COMPLETED: lambda each: self._of_guards(each.post.running_guard),
+            Aspect.COMPLETED: lambda each: self._of_guards(each.post.running_guard, each),
         }
         return of_aspect[obligation.aspect](operation)
 
@@ -305,18 +334,33 @@ class CoverAdvisor:
         assigned = dict.fromkeys(action.target for action in (*operation.pre.a, *operation.post.a))
         asked = [each for each in resources if sets(operation.pre.running_actions, each)]
         changed = {name: None for name in (*assigned, *(n for r in asked for n in r.measures)) if name not in requests}
-        on_plans = [o for o in self._model.operations if self._visits[Obligation(o.name, Aspect.QUEUED)]]
-        guards = [t.g for each in on_plans for t in (each.pre, each.post)]
-        guards += [goal for name, goal in self._model.goals if name not in self._kind.unplanned]
-        read = {name: None for guard in guards for name in guard.reads() if name in changed}
-        folds = InstanceFolds.of(self._model)
-        if on_plans and not read:
-            plans = in_few(folds.folded(each.name for each in on_plans))
-            where = f"; the plans have {plans}: one of them may lack a condition, or add a goal that reads it"
-            return CoverAdvice(CoverMeans.UNREAD, folds.in_entries(in_few([*changed]) or "nothing"), where)
-        if on_plans and read.keys().isdisjoint(assigned):
-            return CoverAdvice(CoverMeans.UNASSUMED, folds.in_entries(in_few([*read])))
+        read = {name: None for name in self._read_on_plans if name in changed}
+        if self._on_plans and read.keys().isdisjoint(assigned):
+            names = self._folds.in_entries(in_few([*(read or changed)]) or "nothing")
+            if read:
+                return CoverAdvice(CoverMeans.UNASSUMED, names)
+            where = f"; the plans have {self._plans}: one of them may lack a condition, or add a goal that reads it"
+            return CoverAdvice(CoverMeans.UNREAD, names, where)
         return CHANCE if has_few_cases(self._coverage) else CoverAdvice(CoverMeans.NEW_GOAL)
+
+    @cached_property
+    def _on_plans(self) -> Sequence[Operation]:
+        return [each for each in self._model.operations if self._visits[Obligation(each.name, Aspect.QUEUED)]]
+
+    @cached_property
+    def _plans(self) -> str:
+        return in_few(self._folds.folded(each.name for each in self._on_plans))
+
+    @cached_property
+    def _folds(self) -> InstanceFolds:
+        return InstanceFolds.of(self._model)
+
+    @cached_property
+    def _read_on_plans(self) -> Mapping[str, None]:
+        """The variables that the operations on the plans read, and the goals that plans reach."""
+        guards = [part.g for each in self._on_plans for part in (each.pre, each.post)]
+        guards += [goal for name, goal in self._model.goals if name not in self._kind.unplanned]
+        return dict.fromkeys(name for guard in guards for name in guard.reads())
 
     def _disabled(self, operation: Operation) -> CoverAdvice:
         """Return how an operation becomes disabled: by an input that its guard reads, else by an injection.
@@ -335,7 +379,7 @@ class CoverAdvisor:
 
     def _failed(self, operation: Operation) -> CoverAdvice:
         """Return how an operation fails; of several ways one that chance can take is preferred."""
-        found = [self._of_guards(guard) for guard in self._ways_to_fail(operation)]
+        found = [self._of_guards(guard, operation) for guard in self._ways_to_fail(operation)]
         if not found:
             return CoverAdvice(CoverMeans.NO_WAY)
         return CHANCE if CHANCE in found else found[0]
@@ -372,12 +416,14 @@ class CoverAdvisor:
         found = [advice for advice in map(self._lacking, waits) if advice is not None]
         if found:
             return found[0]
-        return CoverAdvice(CoverMeans.ANSWERED if used else CoverMeans.ON_TIME)
+        if not used:
+            return CoverAdvice(CoverMeans.ON_TIME)
+        return CoverAdvice(CoverMeans.ANSWERED, in_few([each.name for each in used]))
 
     def _may_miss(self, resource: Resource, operation: Operation) -> bool:
         """Return whether a simulated resource may let the deadline of an operation pass."""
         latency, deadline_ns = resource.simulation.latency, operation.deadline_ns
-        is_late = latency.longest_ns is None or (deadline_ns is not None and latency.longest_ns >= deadline_ns)
+        is_late = latency.longest_ns is None or (deadline_ns is not None and latency.longest_ns > deadline_ns)
         return is_late or self._has_share(resource, Outcome.TIMEOUT) or self._ignores_failure(resource, operation)
 
     def _ignores_failure(self, resource: Resource, operation: Operation) -> bool:
@@ -397,25 +443,42 @@ class CoverAdvisor:
 
     # guards
 
-    def _of_guards(self, guard: Predicate) -> CoverAdvice:
-        """Return what a guard waits for that nothing in these runs gives; chance if there is no such condition."""
+    def _of_guards(self, guard: Predicate, operation: Operation | None = None) -> CoverAdvice:
+        """Return what a guard waits for that nothing in these runs gives; chance if there is no such condition.
+
+        Args:
+            guard: the guard.
+            operation: the operation that waits for replies, while it is current; by default each that asks for them.
+        """
         parts = conjuncts(guard)
-        lacking = next((found for found in map(self._lacking, parts) if found is not None), None)
+        lacking = next((found for part in parts if (found := self._lacking(part, operation)) is not None), None)
         if lacking is not None:
             return lacking
+        undrawn = [part for part in parts if not self._is_drawn(part)]
+        waits = next((part for part in undrawn if not self._has_held(part)), None)
         if not self._kind.states:
-            return CHANCE if any(map(self._is_drawn, parts)) else CoverAdvice(CoverMeans.GUARDED)
-        waits = next((part for part in parts if not self._has_held(part) and not self._is_drawn(part)), None)
-        if waits is None:
-            return CHANCE
-        return CoverAdvice(CoverMeans.NEVER_HELD, f"`{waits}`", self._kind.states_in_words)
+            return CHANCE if waits is None or len(undrawn) < len(parts) else CoverAdvice(CoverMeans.GUARDED)
+        if waits is not None:
+            return CoverAdvice(CoverMeans.NEVER_HELD, f"`{waits}`", self._kind.states_in_words())
+        return self._of_states([part for part in undrawn if not self._varies(part)], operation)
 
-    def _lacking(self, part: Predicate) -> CoverAdvice | None:
-        """Return what a condition lacks whatever chance does: a share of an outcome, or an input that moves."""
+    def _of_states(self, parts: Sequence[Predicate], operation: Operation | None) -> CoverAdvice:
+        """Return which conditions never hold together while an operation is current; chance if no state is known."""
+        from scbm.closing.proofs.blame import blame  # noqa: PLC0415 - few reports need it
+
+        states = self._kind.states if operation is None else self._kind.while_current.get(operation.name, [])
+        waits = blame(parts, lambda part: any(map(part.holds, states))) if states else ()
+        if not waits:
+            return CHANCE
+        compared = self._kind.states_in_words(len(states)) + ("" if operation is None else " while they were current")
+        return CoverAdvice(CoverMeans.NEVER_HELD, f"`{conjunction(waits)}`", compared)
+
+    def _lacking(self, part: Predicate, operation: Operation | None = None) -> CoverAdvice | None:
+        """Return what a condition lacks whatever chance does: a reply, or an input that moves."""
         resource, outcomes = self._awaited(part)
-        if resource is not None and outcomes and not any(self._has_share(resource, each) for each in outcomes):
-            means = CoverMeans.NO_FAILURES if Outcome.FAIL in outcomes else CoverMeans.NO_SUCCESS
-            return CoverAdvice(means, resource.name)
+        unanswered = self._unanswered(resource, outcomes, operation) if resource and outcomes else None
+        if unanswered is not None:
+            return unanswered
         if self._has_held(part):
             return None
         read = part.reads()
@@ -440,6 +503,38 @@ class CoverAdvisor:
             return resource, ()
         return resource, tuple(_REPLIES[state] for state in accepted)
 
+    def _unanswered(
+        self, resource: Resource, outcomes: Sequence[Outcome], operation: Operation | None
+    ) -> CoverAdvice | None:
+        """Return why no such reply of a resource comes: no request, each ends with its deadline, or no share of it."""
+        steps = [step for step in self._senders[resource.trigger] if step in self._possible]
+        if not steps:
+            return CoverAdvice(CoverMeans.NOT_SENT, resource.name)
+        own = [each for each in steps if operation is not None and each.subject == operation.name] or steps
+        are_late = resource.name not in self._kind.real and all(self._ends_before(each, resource) for each in own)
+        if are_late and not self._may_outlive(resource):
+            return CoverAdvice(CoverMeans.LATE, resource.name)
+        if any(self._has_share(resource, each) for each in outcomes):
+            return None
+        means = CoverMeans.NO_FAILURES if Outcome.FAIL in outcomes else CoverMeans.NO_SUCCESS
+        return CoverAdvice(means, resource.name)
+
+    @cached_property
+    def _senders(self) -> Mapping[str, Sequence[Obligation]]:
+        """The steps that send requests, by the trigger."""
+        by_target = self._steps_by_target
+        return {
+            each.trigger: [step for step, _, actions in by_target.get(each.trigger, ()) if sets(actions, each)]
+            for each in self._model.resources
+        }
+
+    def _ends_before(self, step: Obligation, resource: Resource) -> bool:
+        """Return whether an operation that sends a request as it starts times out before each simulated reply."""
+        if step.aspect is not Aspect.EXECUTING:
+            return False
+        deadline_ns = self._model.operation(step.subject).deadline_ns
+        return deadline_ns is not None and deadline_ns < resource.simulation.latency.shortest_ns
+
     def _has_share(self, resource: Resource, outcome: Outcome) -> bool:
         is_real = resource.name in self._kind.real
         return is_real or any(each is outcome and share for each, share in resource.simulation.outcomes)
@@ -456,16 +551,30 @@ class CoverAdvisor:
 
     def _is_drawn(self, part: Predicate) -> bool:
         """Return whether chance can make a condition hold: it draws what it reads, or a step that assigns it."""
-        follows = (self._may_follow(*step) for step in self._assigning(part))
-        return bool(self._awaited(part)[1]) or self._may_be_drawn(part) or any(follows)
+        if part not in self._are_drawn:
+            follows = (self._may_follow(*step) for step in self._assigning(part))
+            self._are_drawn[part] = bool(self._awaited(part)[1]) or self._may_be_drawn(part) or any(follows)
+        return self._are_drawn[part]
+
+    def _varies(self, part: Predicate) -> bool:
+        """Return whether faults or automatic transitions make a condition hold: they come at different moments."""
+        faults = (step for step, _ in self._assigning(part) if step.aspect not in (Aspect.EXECUTING, Aspect.COMPLETED))
+        return any(step in self._possible for step in faults)
 
     def _assigning(self, part: Predicate) -> Iterator[tuple[Obligation, tuple[Action, ...]]]:
         """Yield the steps that make a condition hold which they do not need: they assign what it reads."""
-        read = part.reads()
-        for obligation, guard, actions in self._steps:
-            assigns = any(action.target in read for action in actions) and self._may_hold_after(part, actions)
-            if assigns and part not in conjuncts(guard):
+        assigning = dict.fromkeys(step for name in part.reads() for step in self._steps_by_target.get(name, ()))
+        for obligation, guard, actions in assigning:
+            if part not in conjuncts(guard) and self._may_hold_after(part, actions):
                 yield obligation, actions
+
+    @cached_property
+    def _steps_by_target(self) -> Mapping[str, Sequence[_Step]]:
+        found: dict[str, list[_Step]] = {}
+        for step in self._steps:
+            for name in dict.fromkeys(action.target for action in step[2]):
+                found.setdefault(name, []).append(step)
+        return found
 
     def _may_be_drawn(self, part: Predicate) -> bool:
         """Return whether a condition reads what chance draws, and may hold for the values that it draws."""
@@ -495,7 +604,7 @@ class CoverAdvisor:
     def _may_follow(self, obligation: Obligation, actions: Sequence[Action]) -> bool:
         """Return whether chance can take a step that was not taken, or once more a fault that is counted."""
         if not self._visits[obligation]:
-            return self.advice(obligation) == CHANCE
+            return obligation in self._possible
         return obligation.aspect in (Aspect.FAILED, Aspect.TIMEDOUT) and any(action.reads() for action in actions)
 
     @staticmethod
@@ -506,7 +615,7 @@ class CoverAdvisor:
         return len(read) > 1 or not values or any(part.holds({read[0]: value}) for value in values)
 
     @cached_property
-    def _steps(self) -> tuple[tuple[Obligation, Predicate, tuple[Action, ...]], ...]:
+    def _steps(self) -> tuple[_Step, ...]:
         """The steps that change variables, with the obligation that each visits, and their guards."""
         found = [
             (Obligation(each.name, aspect), step.running_guard, step.running_actions)
@@ -525,6 +634,15 @@ class CoverAdvisor:
 
 
 _WHILE_EXECUTING = (Aspect.FAILED, Aspect.TIMEDOUT, Aspect.COMPLETED)
+
+
+def _needed(obligation: Obligation) -> Obligation | None:
+    """Return the obligation that comes before one of the same operation; the first one needs none."""
+    if obligation.aspect in (Aspect.TAKEN, Aspect.QUEUED):
+        return None
+    needed = Aspect.EXECUTING if obligation.aspect in _WHILE_EXECUTING else Aspect.QUEUED
+    return Obligation(obligation.subject, needed)
+
 
 _REPLIES = {RequestState.SUCCEEDED: Outcome.SUCCEED, RequestState.FAILED: Outcome.FAIL}
 

@@ -19,6 +19,7 @@ variables:
   robot_at: {domain: [dock, pantry], initial: dock}
   load: {domain: [empty, item], initial: empty}
   inspected: {domain: bool, initial: false}
+  stored: {domain: bool, initial: false}
   door: {domain: [open, closed], initial: closed, source: input}
   lamp: {domain: bool, initial: false, source: state}
 resources:
@@ -37,7 +38,7 @@ operations:
       gr: dispenser_req_state in {succeeded, failed}
       a: [load <- item, dispenser_req_state <- initial, dispenser_req_trigger <- false]
     timedout: [dispenser_req_trigger <- false]
-  grip: {request: arm, deadline: 60 s, guard: load == item, effects: [load <- empty]}
+  grip: {request: arm, deadline: 60 s, guard: load == item, effects: [load <- empty, stored <- true]}
   inspect: {pre: {g: inspected == false}, post: {g: true, a: [inspected <- true]}}
 automatic_transitions:
   greet: {g: door == open, a: [lamp <- true]}
@@ -45,6 +46,7 @@ automatic_transitions:
 goals:
   loaded: load == item
   emptied: load == empty && robot_at == pantry
+  stored: stored == true
 """
 
 
@@ -145,14 +147,14 @@ def test_an_input_whose_transitions_have_no_rate_does_not_move() -> None:
 
 
 def test_a_resource_that_may_be_late_or_silent_lets_deadlines_pass() -> None:
-    for simulation in ("latency: {exponential: 1 s}", "latency: 60 s", "outcomes: {succeed: 0.9999, timeout: 0.0001}"):
+    for simulation in ("latency: {exponential: 1 s}", "latency: 61 s", "outcomes: {succeed: 0.9999, timeout: 0.0001}"):
         changed = ("base: {simulation: {latency: 10 s}}", f"base: {{simulation: {{{simulation}}}}}")
         assert advice("go/timedout", changed, count=0).means is CoverMeans.CHANCE
 
 
 SEES = (
-    "  grip: {request: arm, deadline: 60 s, guard: load == item, effects: [load <- empty]}",
-    "  grip: {request: arm, deadline: 60 s, guard: load == item, assumes: {seen: full}, effects: [load <- empty]}",
+    "grip: {request: arm, deadline: 60 s, guard: load == item, effects",
+    "grip: {request: arm, deadline: 60 s, guard: load == item, assumes: {seen: full}, effects",
 )
 SEEN = ("  lamp:", "  seen: {domain: [full, none], initial: none}\n  lamp:")
 
@@ -204,6 +206,72 @@ def test_what_only_the_runner_reads_may_be_false_in_the_moment_of_the_plan() -> 
 def test_what_follows_from_a_step_that_chance_takes_is_left_to_chance() -> None:
     waits = ("  shine: {g: robot_at == pantry && lamp == true", "  shine: {g: robot_at == pantry && load == item")
     assert advice("automatic/shine", waits, count=0).means is CoverMeans.CHANCE
+
+
+def test_a_reply_in_the_moment_of_the_deadline_is_in_time() -> None:
+    changed = ("base: {simulation: {latency: 10 s}}", "base: {simulation: {latency: 60 s}}")
+    assert advice("go/timedout", changed, count=0).means is CoverMeans.ANSWERED
+    assert advice("go/completed", changed, count=0).means is CoverMeans.CHANCE
+
+
+LATE = ("base: {simulation: {latency: 10 s}}", "base: {simulation: {latency: {uniform: [61 s, 70 s]}}}")
+
+
+def test_no_reply_comes_by_chance_after_the_deadline() -> None:
+    for obligation in ("go/completed", "go/failed", "automatic/base_failed"):
+        found = advice(obligation, LATE)
+        assert (found.means, found.missing) == (CoverMeans.LATE, "base")
+
+
+@pytest.mark.parametrize(
+    "late_but_awaited",
+    [
+        ("deadline: 60 s, guard: robot_at == dock", "guard: robot_at == dock"),
+        ("  inspect:", "  back: {request: base, deadline: 65 s, guard: robot_at == dock}\n  inspect:"),
+    ],
+)
+def test_a_request_that_waits_for_long_gets_its_reply_by_chance(late_but_awaited: tuple[str, str]) -> None:
+    assert advice("automatic/base_failed", LATE, late_but_awaited, count=0).means is not CoverMeans.LATE
+
+
+ASKS = (
+    "inspect: {pre: {g: inspected == false}, post: {g: true, a: [inspected <- true]}}",
+    "inspect: {request: cam, deadline: 5 s, guard: inspected == false, effects: [inspected <- true]}",
+)
+CAM = ("resources:\n", "resources:\n  cam: {simulation: {outcomes: {succeed: 0.5, fail: 0.5}}}\n")
+
+
+@pytest.mark.parametrize("cam", ["outcomes: {succeed: 0.5, fail: 0.5}", "latency: 1 s"])
+def test_no_reply_comes_by_chance_where_nothing_is_requested(cam: str) -> None:
+    resource = ("resources:\n", f"resources:\n  cam: {{simulation: {{{cam}}}}}\n")
+    found = advice("automatic/cam_failed", ASKS, resource)
+    assert (found.means, found.missing) == (CoverMeans.NOT_SENT, "cam")
+    assert advice("automatic/cam_failed", ASKS, resource, count=0).means is not CoverMeans.NOT_SENT
+
+
+def test_advice_about_replies_needs_a_request() -> None:
+    advisor = advisor_of(ASKS, CAM)
+    due = [aspect for aspect in Aspect if aspect is not Aspect.TAKEN and advisor.is_due(Obligation("inspect", aspect))]
+    assert set(due) == {Aspect.QUEUED, Aspect.DISABLED}
+
+
+def test_replies_are_said_to_come_only_of_resources_that_always_answer() -> None:
+    found = advice(
+        "go/timedout", ("latency: 3 s, outcomes: {succeed: 0.7, fail: 0.3}", "outcomes: {succeed: 0.7, timeout: 0.3}")
+    )
+    assert (found.means, found.missing) == (CoverMeans.ANSWERED, "base")
+
+
+def test_conditions_that_hold_at_different_times_do_not_hold_together_by_chance() -> None:
+    light = ("a: [inspected <- true]", "a: [inspected <- true], ar: [lamp <- true]")
+    waits = "disabled_deadline: 1 s, pre: {g: inspected == true, gr: lamp == false}, "
+    waits += "post: {g: true, a: [robot_at <- pantry]}"
+    go = "request: base, deadline: 60 s, guard: robot_at == dock, effects: [robot_at <- pantry]"
+    found = advice("go/executing", light, (go, waits))
+    assert (found.means, found.missing) == (CoverMeans.NEVER_HELD, "`lamp == false`")
+    assert found.states.endswith("while they were current")
+    resets = ("  greet:", "  reset: {g: lamp == true && door == open, a: [lamp <- false]}\n  greet:")
+    assert advice("go/executing", light, (go, waits), resets, moves_inputs=True).means is CoverMeans.CHANCE
 
 
 MEASURES = (

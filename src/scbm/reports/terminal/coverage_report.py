@@ -355,10 +355,9 @@ def _advice(result: CampaignResult, setting: Setting) -> dict[tuple[Aspect, Cove
 
 def _joined_advice(names: Sequence[str], advice: Sequence[CoverAdvice], width: int) -> str:
     """Return one clause for all obligations that lack the same means, with their names if it is about them alone."""
-    first = advice[0]
-    if not first.is_named:
-        return first.words
     missing = in_few(tuple(dict.fromkeys(each.missing for each in advice)))
-    joined = replace(first, missing=missing)
+    joined = replace(advice[0], missing=missing)
+    if not joined.is_named:
+        return joined.words
     words = joined.about_one if len(advice) == 1 else joined.words
     return f"{in_few(names)}: {words}" if max(map(len, names)) < width else words
