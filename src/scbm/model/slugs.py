@@ -162,6 +162,7 @@ class Slug(StrEnum):
     PLANNER_READS_RUNNER = "planner-reads-runner"
     FAILURE_UNNOTICED = "failure-unnoticed"
     NO_DEADLINE = "no-deadline"
+    DEADLINE_TOO_SHORT = "deadline-too-short"
     REPLY_NEVER_CARRIES = "reply-never-carries"
     REQUEST_NOT_CLEARED = "request-not-cleared"
     HANDSHAKE_INCOMPLETE = "handshake-incomplete"

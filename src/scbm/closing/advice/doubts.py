@@ -1,7 +1,7 @@
 """Doubts, the warnings of `scbm check`, as far as the text of a model shows them; each names a part of the file.
 
 These are guards and requirements that cannot hold, planning guards that read the runner's variables, variables that
-nothing reads, unhandled failures, replies without a deadline, and waivers with doubtful dates.
+nothing reads, unhandled failures, replies without a deadline or after it, and waivers with doubtful dates.
 `plan_doubts` explores the model.
 """
 
@@ -12,9 +12,24 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from scbm.closing.advice.instant_operations import completes_at_once
-from scbm.model import Always, Assign, Constant, Never, Not, Outcome, Severity, Slug, Truth, format_value
+from scbm.model import (
+    Always,
+    Assign,
+    Constant,
+    Never,
+    Not,
+    Outcome,
+    RequestState,
+    Severity,
+    Slug,
+    Truth,
+    format_value,
+)
+from scbm.model.durations import format_duration
+from scbm.model.predicates import conjuncts
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import unassigned, undeclared
+from scbm.testing.request_protocol import clears
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -147,7 +162,7 @@ def _reads_runner(transition: Transition, path: tuple[str, ...], model: Behavior
 
 
 def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
-    """Yield doubts about failures that nothing handles, and replies that are awaited without a deadline."""
+    """Yield doubts about failures that nothing handles, and replies that are awaited without a deadline or in vain."""
     for resource in model.resources:
         outcomes = dict(resource.simulation.outcomes)
         users = [operation for operation in model.operations if _asks(operation, resource)]
@@ -162,6 +177,24 @@ def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
         if outcomes.get(Outcome.TIMEOUT) and timeless:
             message = f"{resource.name} may not answer, and {', '.join(timeless)} would wait without a deadline"
             yield Doubt(Slug.NO_DEADLINE, message, (*path, "timeout"), "give them a `deadline`")
+        for operation in users:
+            yield from _too_early(operation, resource)
+
+
+def _too_early(operation: Operation, resource: Resource) -> Iterator[Doubt]:
+    """Yield a doubt about an operation that times out, and ends its request, before each simulated reply."""
+    deadline_ns, shortest_ns = operation.deadline_ns, resource.simulation.latency.shortest_ns
+    if deadline_ns is None or deadline_ns >= shortest_ns or not clears(operation.timedout, resource):
+        return
+    state = resource.request_state
+    waits = (part for part in conjuncts(operation.post.running_guard) if part.reads() == (state,))
+    if any(not part.holds({state: RequestState.EXECUTING.value}) for part in waits):
+        limits = (
+            f"its deadline is {format_duration(deadline_ns)}, and each latency at least {format_duration(shortest_ns)}"
+        )
+        message = f"{operation.name} times out before {resource.name} answers: {limits}"
+        remedy = f"make the deadline longer, or `latency` in the `simulation` of {resource.name} shorter"
+        yield Doubt(Slug.DEADLINE_TOO_SHORT, message, ("operations", operation.name, "deadline"), remedy)
 
 
 def _asks(operation: Operation, resource: Resource) -> bool:

@@ -151,6 +151,34 @@ def test_no_initial_state_and_a_nominal_one_that_is_not_allowed() -> None:
     assert [doubt.slug for doubt in none] == [Slug.INITIAL_STATE_NOMINAL, Slug.NO_INITIAL_STATE]
 
 
+def _answering_after(latency: str) -> tuple[str, str]:
+    return ("    measures: [temperature]\n", f"    measures: [temperature]\n    simulation: {{latency: {latency}}}\n")
+
+
+@pytest.mark.parametrize("latency", ["11 s", "{uniform: [11 s, 12 s]}"])
+def test_a_deadline_before_each_reply_is_doubtful(latency: str, wording: Wording) -> None:
+    (doubt,) = _doubts(_answering_after(latency))
+    assert (doubt.slug, doubt.path) == (Slug.DEADLINE_TOO_SHORT, ("operations", "scan_box", "deadline"))
+    wording(f"{doubt.message}; {doubt.remedy}")
+
+
+@pytest.mark.parametrize("latency", ["10 s", "{uniform: [10 s, 12 s]}", "{exponential: 99 s}"])
+def test_a_deadline_in_the_moment_of_a_reply_is_long_enough(latency: str) -> None:
+    assert not _doubts(_answering_after(latency))
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        ("      gr: scan_req_state == succeeded\n", ""),
+        ("    timedout: [scan_req_trigger <- false]\n", ""),
+    ],
+)
+def test_a_request_that_may_outlive_its_deadline_gets_its_reply(kept: tuple[str, str]) -> None:
+    found = _doubts(_answering_after("11 s"), kept)
+    assert Slug.DEADLINE_TOO_SHORT not in [each.slug for each in found]
+
+
 def test_failures_that_nothing_notices_and_replies_that_are_awaited_without_end_are_reported() -> None:
     unsure = ("    measures: [temperature]\n", "    measures: [temperature]\n    simulation: {outcomes: OUTCOMES}\n")
     fails = (unsure[0], unsure[1].replace("OUTCOMES", "{succeed: 0.5, fail: 0.5}"))
