@@ -23,7 +23,7 @@ from scbm.model.sources import outside_values
 from scbm.planning import explore
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.closing.proofs.nearest_misses import NearestMiss
     from scbm.model import BehaviorModel, Operation, Predicate, State
@@ -76,7 +76,7 @@ class _Chain(Struct, frozen=True):
             what, miss = todo.pop(0)
             yield miss.words(what, f" in {_number(self.states)}", "a plan")
             for state, lacking in self._lacking(miss):
-                changing = [each for each in self.model.operations if _may_change(each, lacking)]
+                changing = self._changing(lacking)
                 if not changing and lacking.reads():
                     yield _unchanged(self.model, lacking)
                 for operation in changing:
@@ -96,6 +96,27 @@ class _Chain(Struct, frozen=True):
             others = packing.test(conjunction(each for each in miss.never if each is not part))
             state = nearest_state(miss.never, filter(others, self.states), packing)
             yield from ((state, each) for each in lacking_comparisons(part, packing.values(state)))
+
+    def _changing(self, lacking: Predicate) -> Sequence[Operation]:
+        """Return the operations that may bring a comparison nearer; if none does, all that may change it.
+
+        Guards do not count. An operation that copies variables which the comparison does not read may bring it nearer.
+        """
+        assigning = [each for each in self.model.operations if _may_change(each, lacking)]
+        read = self.task.packing.reader(lacking.reads())
+        different = {read(state): state for state in self.states}.values()
+        nearer = [each for each in assigning if _copies(each, lacking) or self._is_nearer(each, lacking, different)]
+        return nearer or assigning
+
+    def _is_nearer(self, operation: Operation, lacking: Predicate, states: Iterable[int]) -> bool:
+        """Return whether a comparison is nearer after the actions of an operation in one of some states."""
+        start, end = (self.task.update(part.a) for part in (operation.pre, operation.post))
+        values = self.task.packing.values
+        after = ((state, None if (started := start(state)) is None else end(started)) for state in states)
+        return any(
+            changed is not None and distance(lacking, values(changed)) < distance(lacking, values(state))
+            for state, changed in after
+        )
 
     def _blocked(self, operation: Operation) -> tuple[str, NearestMiss] | None:
         """Return the part of an operation that stays false in plans, and its nearest miss."""
@@ -122,11 +143,7 @@ class _Chain(Struct, frozen=True):
                 yield f"{operation.name} makes {lacking} true, but {in_words(broken)} false"
             return
         own = nearest_of(parts_of([operation.pre.g]), equal, packing)
-        started = self.task.update(operation.pre.a)(state)
-        changed = None if started is None else self.task.update(operation.post.a)(started)
-        if own is None or changed is None:
-            return
-        if distance(lacking, packing.values(changed)) < distance(lacking, packing.values(state)):
+        if own is not None and self._is_nearer(operation, lacking, [state]):
             targets = [action.target for action in (*operation.pre.a, *operation.post.a)]
             names = listed([name for name in lacking.reads() if name in targets])
             needs = in_words(own.never)
@@ -144,6 +161,13 @@ def _may_change(operation: Operation, part: Predicate) -> bool:
         if action.target in read and (len(read) > 1 or action.reads() or part.holds({action.target: action.value({})})):
             return True
     return False
+
+
+def _copies(operation: Operation, part: Predicate) -> bool:
+    """Return whether an operation gives a variable of a comparison a value that depends on other variables."""
+    read = part.reads()
+    actions = [action for action in (*operation.pre.a, *operation.post.a) if action.target in read]
+    return any(name not in read for action in actions for name in action.reads())
 
 
 def _unchanged(model: BehaviorModel, part: Predicate) -> str:

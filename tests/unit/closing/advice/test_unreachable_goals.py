@@ -77,3 +77,39 @@ def test_a_goal_that_reads_no_variable_has_no_nearest_state(goal: str) -> None:
     (why,) = why_unreachable(Planner(model), model.nominal_state, dict(model.goals)["nothing"])
     assert why.startswith("the goal needs ")
     assert why.endswith(" states")
+
+
+STOPPING = """
+behavior_model: stopping
+variables:
+  n: {domain: 0..10, initial: 0}
+  m: {domain: 0..10, initial: 0}
+operations:
+  count: {pre: {g: n < 5}, post: {g: true, a: [n += 1]}}
+  up: {pre: {g: m < 10 && n == 9}, post: {g: true, a: [m += 1]}}
+  down: {pre: {g: m > 0 && n == 9}, post: {g: true, a: [m -= 1]}}
+  copy: {pre: {g: n == 8}, post: {g: true, a: [n <- m]}}
+goals: {far: n > m + 5}
+"""
+
+
+@pytest.mark.parametrize("goal", ["n > m + 5", "n - m >= 6", "n - m == 6"])
+def test_an_operation_that_moves_away_from_the_goal_is_not_named(goal: str) -> None:
+    model = read_model(STOPPING.replace("n > m + 5", goal))
+    words = "; ".join(why_unreachable(Planner(model), model.nominal_state, model.goals[0][1]))
+    assert "count would change n, but needs n < 5" in words
+    assert "up" not in words
+    assert "down" not in words
+    assert "copy" not in words
+
+
+def test_an_operation_that_copies_another_variable_is_named() -> None:
+    model = read_model(STOPPING.replace("n > m + 5", "n == 7"))
+    words = "; ".join(why_unreachable(Planner(model), model.nominal_state, model.goals[0][1]))
+    assert "copy needs n == 8" in words
+
+
+def test_an_operation_that_moves_away_is_named_if_no_other_assigns_the_variable() -> None:
+    model = read_model(STOPPING.replace("n += 1", "m += 1").replace("n < 5", "m == 0 && n == 1"))
+    words = why_unreachable(Planner(model), model.nominal_state, model.goals[0][1])
+    assert not any("no operation makes" in line for line in words)
