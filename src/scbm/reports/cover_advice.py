@@ -490,7 +490,9 @@ class CoverAdvisor:
         measuring = [each for each in self._model.resources if any(name in each.measures for name in read)]
         if not measuring or self._may_be_drawn(part) or any(self._assigning(part)):
             return None
-        return CoverAdvice(CoverMeans.NOT_MEASURED, f"`{part}`", in_few([each.name for each in measuring]))
+        reasons = [self._unanswered(each, tuple(_REPLIES.values()), None) for each in measuring]
+        not_measured = CoverAdvice(CoverMeans.NOT_MEASURED, f"`{part}`", in_few([each.name for each in measuring]))
+        return not_measured if None in reasons else reasons[0]
 
     def _awaited(self, part: Predicate) -> tuple[Resource | None, tuple[Outcome, ...]]:
         """Return the resource whose reply a condition waits for, and the outcomes that it accepts."""
@@ -578,8 +580,15 @@ class CoverAdvisor:
 
     def _may_be_drawn(self, part: Predicate) -> bool:
         """Return whether a condition reads what chance draws, and may hold for the values that it draws."""
-        drawn = {name: self._drawn[name] for name in part.reads() if name in self._drawn}
+        drawn = {name: self._drawn[name] for name in part.reads() if name in self._drawn and self._is_set(name)}
         return bool(drawn) and is_satisfiable(part, self._model.running_space, drawn) is not False
+
+    def _is_set(self, name: str) -> bool:
+        """Return whether a drawn variable gets its values: by itself, or by a reply that comes."""
+        if name in self._moving or len(self._model.space[name].random) > 1:
+            return True
+        measuring = (each for each in self._model.resources if name in each.measures)
+        return any(self._unanswered(each, tuple(_REPLIES.values()), None) is None for each in measuring)
 
     @cached_property
     def _drawn(self) -> Mapping[str, tuple[Value, ...]]:

@@ -176,6 +176,17 @@ def test_a_value_that_no_reply_measures_does_not_come_by_chance(measured: str, m
         assert (found.missing, found.states) == ("`seen == full`", "arm")
 
 
+@pytest.mark.parametrize(("latency", "means"), [("61 s", CoverMeans.LATE), ("1 s", CoverMeans.CHANCE)])
+def test_a_value_does_not_come_by_chance_without_a_reply(latency: str, means: CoverMeans) -> None:
+    arm = "arm: {simulation: {latency: 1 s, outcomes: {succeed: 0.999, fail: 0.001}}}"
+    never = "measured: {seen: {full: 0.000001, none: 0.999999}}"
+    inspects = ("g: inspected == false}", "g: seen == full}")
+    read = ("emptied: load == empty && robot_at == pantry", "emptied: load == empty && inspected == true")
+    measures = (arm, f"arm: {{measures: [seen], simulation: {{latency: {latency}, {never}}}}}")
+    found = advice("inspect/executing", SEES, SEEN, measures, inspects, read)
+    assert found.means is means
+
+
 OPENED = "environment:\n  opens: {guard: door == closed, actions: [door <- open], every: 100000 s}\ngoals:\n"
 
 
