@@ -256,7 +256,7 @@ class _ModelText:
             return False
         return self._ranges.decided(comparison)
 
-    def _told_apart(self, condition: PddlFormula, scope: Mapping[str, str]) -> PddlFormula:
+    def _distinguished(self, condition: PddlFormula, scope: Mapping[str, str]) -> PddlFormula:
         """Return a condition, simplified, in which no terms are compared that have no object in common."""
 
         def folded(formula: PddlFormula, scope: Mapping[str, str]) -> PddlFormula:
@@ -547,7 +547,7 @@ class _ModelText:
         return replace(case, conditions=(*case.conditions, *(each for each in equalities if each != TRUE)))
 
     def _case_lines(self, name: str, action: PddlLiftedAction, case: ActionCase) -> list[str]:
-        needed = self._told_apart(PddlFormula("and", case.conditions), dict(case.parameters))
+        needed = self._distinguished(PddlFormula("and", case.conditions), dict(case.parameters))
         if not case.changes or needed == FALSE:
             return []
         case = replace(case, conditions=tuple(conjuncts(needed)))
@@ -588,7 +588,7 @@ class _ModelText:
     # goals
 
     def _goal_lines(self) -> list[str]:
-        goal = self._told_apart(PddlFormula("and", self._task.goals), {})
+        goal = self._distinguished(PddlFormula("and", self._task.goals), {})
         parts = conjuncts(goal)
         if len(parts) > 1:
             return _guard_lines("  goal", [self._shown(part, {}, inner=True) for part in parts])

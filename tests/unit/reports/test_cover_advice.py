@@ -266,7 +266,7 @@ def test_advice_about_replies_needs_a_request() -> None:
     assert set(due) == {Aspect.QUEUED, Aspect.DISABLED}
 
 
-def test_replies_are_said_to_come_only_of_resources_that_always_answer() -> None:
+def test_advice_says_that_all_replies_come_only_of_resources_that_always_answer() -> None:
     found = advice(
         "go/timedout", ("latency: 3 s, outcomes: {succeed: 0.7, fail: 0.3}", "outcomes: {succeed: 0.7, timeout: 0.3}")
     )

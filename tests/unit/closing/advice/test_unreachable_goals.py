@@ -97,7 +97,7 @@ goals: {far: n > m + 5}
 def test_an_operation_that_moves_away_from_the_goal_is_not_named(goal: str) -> None:
     model = read_model(STOPPING.replace("n > m + 5", goal))
     words = "; ".join(why_unreachable(Planner(model), model.nominal_state, model.goals[0][1]))
-    assert "count would change n, but needs n < 5" in words
+    assert words.endswith("needs n < 5")
     assert "up" not in words
     assert "down" not in words
     assert "copy" not in words
