@@ -266,6 +266,14 @@ def has_few_cases(coverage: Coverage) -> bool:
     return coverage.count < _FEW_CASES
 
 
+def _has_varying_plans(model: BehaviorModel) -> bool:
+    """Return whether random cases can have different plans: by goals, initial states, drawn values or outcomes."""
+    is_drawn = any(len(variable.random) > 1 for variable in model.variables)
+    simulations = [each.simulation for each in model.resources]
+    is_simulated = any(len(each.cumulative) > 1 or each.measured for each in simulations)
+    return len(model.goals) > 1 or is_drawn or is_simulated or bool(model.environment)
+
+
 class CoverAdvisor:
     """Gives advice about the missed obligations of one coverage."""
 
@@ -341,7 +349,8 @@ class CoverAdvisor:
                 return CoverAdvice(CoverMeans.UNASSUMED, names)
             where = f"; the plans have {self._plans}: one of them may lack a condition, or add a goal that reads it"
             return CoverAdvice(CoverMeans.UNREAD, names, where)
-        return CHANCE if has_few_cases(self._coverage) else CoverAdvice(CoverMeans.NEW_GOAL)
+        varies = has_few_cases(self._coverage) and _has_varying_plans(self._model)
+        return CHANCE if varies else CoverAdvice(CoverMeans.NEW_GOAL)
 
     @cached_property
     def _on_plans(self) -> Sequence[Operation]:

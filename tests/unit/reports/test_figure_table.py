@@ -25,6 +25,7 @@ SMALL = """
 behavior_model: small
 variables:
   at: {domain: [home, away], initial: home}
+  light: {domain: bool, initial: false, random: any}
 operations:
   %s:
     deadline: 5 s
