@@ -79,7 +79,7 @@ def _application(arguments: list[str], begin: Callable[[], None]) -> typer.core.
         group, _, name = verb.rpartition(" ")
         add = (groups[group] if group else application).command
         epilog = f"Documentation: {_PAGE}#scbm-{verb.replace(' ', '-')}"
-        command = _loaded(entry, begin) if asked else _common
+        command = _loaded(entry, begin) if asked else _not_loaded
         add(name, cls=_Verb, help=entry.summary, short_help=entry.summary, epilog=epilog)(command)
     for name, group_application in groups.items():
         if not asked or asked[0].startswith(f"{name} "):
@@ -89,6 +89,10 @@ def _application(arguments: list[str], begin: Callable[[], None]) -> typer.core.
     if asked:
         _refuse_repeated(built, asked[0], arguments)
     return built
+
+
+def _not_loaded() -> None:
+    """Stand for a verb that the arguments do not name: only its name and its summary are shown."""
 
 
 def _loaded(entry: VerbEntry, begin: Callable[[], None]) -> Callable[..., None]:

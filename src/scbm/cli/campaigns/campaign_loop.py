@@ -166,11 +166,6 @@ class CampaignEnd(Struct, frozen=True):
         """The number of random cases that were run; they come last."""
         return max(0, self.campaign.count - self.campaign.summary.written)
 
-    @property
-    def drawn_reached(self) -> int:
-        """The number of random cases that reached their goal."""
-        return self.campaign.reached_from(self.campaign.summary.written + 1)
-
 
 def _store(path: Path | None, suite: Suite, where: str | None) -> AbstractContextManager[Keeper | None]:
     """Return the store of the command line, if it names one."""
