@@ -15,7 +15,9 @@ from sphinx.pycode import ModuleAnalyzer
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
+sys.path[:0] = [str(Path(__file__).parents[1] / "src"), str(Path(__file__).parent)]
+
+from page_parts import complete_page  # noqa: E402 - it is in this folder
 
 project = "scbm"
 author = "The scbm developers"
@@ -102,8 +104,14 @@ def _document_constants(_app: object) -> None:
                     docstrings.update({key: defined[key] for key in keys if key in defined})
 
 
+def _complete_page(_app: object, _page: str, source: list[str]) -> None:
+    """Replace the marks of a page by what is generated."""
+    source[0] = complete_page(source[0])
+
+
 def setup(app: Sphinx) -> None:
-    """Register the hooks before and after napoleon, which has priority 500."""
+    """Register the hooks; those for docstrings run before and after napoleon, which has priority 500."""
+    app.connect("source-read", _complete_page)
     app.connect("builder-inited", _document_constants)
     app.connect("autodoc-process-docstring", _escape_markup, priority=400)
     app.connect("autodoc-process-docstring", _rejoin_property, priority=600)

@@ -1,4 +1,4 @@
-"""The errors of wrong cases that docs/reference/messages.md shows are those that are printed."""
+"""The errors of wrong cases that `src/scbm/cli/messages.md` shows are those that are printed."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from pathlib import Path
 
 import pytest
 
+from scbm.cli.message_sections import message_groups
 from scbm.files import is_model_text, load_model, open_case, read_model
 from scbm.model import InputError
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "reference" / "messages.md").read_text(encoding="utf-8")
-SECTIONS = re.split(r"^### ", PAGE.partition("\n## Test cases\n")[2].partition("\n## ")[0], flags=re.MULTILINE)[1:]
+(SECTIONS,) = (group.sections for group in message_groups() if group.title == "Test cases")
 
 
 def blocks(section: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section.partition("\n")[0])
-def test_the_message_of_a_wrong_case_is_that_of_the_page(section: str, tmp_path: Path) -> None:
-    texts = blocks(section, "yaml")
+@pytest.mark.parametrize("slug", SECTIONS)
+def test_the_message_of_a_wrong_case_is_that_of_its_section(slug: str, tmp_path: Path) -> None:
+    texts = blocks(SECTIONS[slug], "yaml")
     path = tmp_path / "wrong_case.yaml"
     path.write_text(next(text for text in texts if not is_model_text(text)), encoding="utf-8")
     models = [read_model(text) for text in texts if is_model_text(text)]
@@ -35,7 +35,7 @@ def test_the_message_of_a_wrong_case_is_that_of_the_page(section: str, tmp_path:
     with pytest.raises(InputError) as raised:
         read_and_find_the_model()
     printed = str(raised.value).replace(f"{tmp_path}/", "")
-    (shown,) = blocks(section, "text")
+    (shown,) = blocks(SECTIONS[slug], "text")
     assert shown == f"{printed}\n"
 
 

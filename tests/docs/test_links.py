@@ -6,21 +6,28 @@ import re
 from pathlib import Path
 
 import pytest
+from page_parts import complete_page
 
 ROOT = Path(__file__).parents[2]
 PAGES = tuple(page for page in (*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))) if page.is_file())
 LINK = re.compile(r"\[[^]]*\]\(([^()\s]+)\)")
 
 
+def without_blocks(page: Path) -> str:
+    """A page with its generated parts, without blocks of code."""
+    text = complete_page(page.read_text(encoding="utf-8"))
+    return re.sub(r"^ *```.*?^ *```$", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
 def prose(page: Path) -> str:
     """A page without its code."""
-    text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    text = without_blocks(page)
     return re.sub(r"`[^`\n]*`", "`code`", text)
 
 
 def anchors(page: Path) -> set[str]:
     """The anchors of the headings of a page, made as GitHub makes them."""
-    text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    text = without_blocks(page)
     headings = re.findall(r"^#+ (.+)$", text, flags=re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 

@@ -1,4 +1,4 @@
-"""What README.md and the pages below docs show is true: their commands are run, their models are loaded.
+"""What README.md, the pages below docs and the sections of messages show is true: commands are run, models are loaded.
 
 - A block marked `console` holds commands (`$ scbm …`, `$ pytest …`, `$ cat …`, `$ diff …`) and behind each what it
   prints. A line `...` stands for any lines; `# exit code N` behind the output says how the command ends, if not with 0.
@@ -33,7 +33,7 @@ from scbm.files import read_model
 from support.shared_programs import share_programs
 
 ROOT = Path(__file__).parents[2]
-PAGES = tuple(page for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))) if page.is_file())
+PAGES = (ROOT / "README.md", ROOT / "src/scbm/cli/messages.md", *sorted((ROOT / "docs").rglob("*.md")))
 
 PROGRAMS = {
     "scbm": [sys.executable, "-m", "scbm"],

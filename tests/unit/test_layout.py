@@ -22,7 +22,9 @@ MAX_PACKAGES = 15
 
 CHECKED_TEXTS = (
     ("src/scbm", "*.py"),
+    ("src/scbm", "*.md"),
     ("docs", "*.md"),
+    ("docs", "*.py"),
     ("tests", "*.py"),
     ("benchmarks", "*.py"),
     ("study", "*.py"),

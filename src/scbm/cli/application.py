@@ -35,7 +35,7 @@ _GROUPS = {
 _HELP = "Plan, run, test and cover behavior models of automation systems (SCBM-IAS)."
 
 _PAGE = "docs/reference/command-line.md"
-_EPILOG = f"""`scbm VERB --help` shows the options of a verb.
+_EPILOG = f"""`scbm VERB --help` shows the options of a verb, `scbm help SLUG` explains an error or a warning.
 
 Documentation, in the source code of scbm: README.md and docs/index.md; {_PAGE} has all verbs."""
 
@@ -133,8 +133,13 @@ def _name_other_verbs(error: Any, verb: str, arguments: list[str]) -> None:  # n
 
 def _options_by_verb() -> dict[str, tuple[str, ...]]:
     """Return the names of the options of each verb, in the order of the help."""
-    options = {verb: _options_of(_command_of(_application(verb.split(), lambda: None), verb)) for verb in VERBS}
+    options = {verb: verb_options(verb) for verb in VERBS}
     return {verb: tuple(name for each in found for name in each.opts) for verb, found in options.items()}
+
+
+def verb_options(verb: str) -> list[typer.core.TyperOption]:
+    """Return the options of a verb, in the order of its help."""
+    return _options_of(_command_of(_application(verb.split(), lambda: None), verb))
 
 
 def _command_of(application: object, verb: str) -> typer.core.TyperCommand:

@@ -62,6 +62,10 @@ VERBS: dict[str, VerbEntry] = {
         "scbm.cli.verbs.schema",
         "Print the JSON Schema of model files, case files, files of bindings, of waivers or of parts.",
     ),
+    "help": VerbEntry(
+        "scbm.cli.verbs.message_help",
+        "Explain an error or a warning, such as `unknown-variable`, with an example and a remedy.",
+    ),
     "import pddl": VerbEntry(
         "scbm.pddl.import_pddl",
         "Write a model for a domain and a problem of PDDL, with its types, predicates and actions.",

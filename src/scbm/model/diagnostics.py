@@ -70,7 +70,7 @@ class Diagnostic(Struct, frozen=True):
     """One error or warning.
 
     Attributes:
-        slug: its stable identifier, documented in `docs/reference/messages.md`.
+        slug: its stable identifier, which `scbm help SLUG` explains.
         message: one sentence, lower case, without a full stop.
         place: where it is.
         remedy: what to write instead, if known.

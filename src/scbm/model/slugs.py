@@ -1,6 +1,6 @@
 """The slugs: the identifiers that all errors and warnings have in brackets.
 
-`docs/reference/messages.md` describes each with its remedy.
+`src/scbm/cli/messages.md` describes each with its remedy, for `scbm help SLUG` and for the page of messages.
 """
 
 from enum import StrEnum

@@ -41,7 +41,7 @@ class Doubt(Struct, frozen=True):
     """One doubt.
 
     Attributes:
-        slug: its identifier, documented in `docs/reference/messages.md`.
+        slug: its identifier, which `scbm help SLUG` explains.
         message: one sentence.
         path: the keys that lead to the part of the model file, and the positions in lists.
         remedy: what to inspect or to change.

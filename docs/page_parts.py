@@ -1,0 +1,78 @@
+"""The generated parts of pages: a page says `<!-- generated: NAME ARGUMENT -->` where one stands.
+
+The site has them (`conf.py`), and so have the pages that tests read. The repository does not keep them.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+from scbm.cli.message_sections import messages_text
+from scbm.files.codec.binding_keys import BindingsKeys
+from scbm.files.codec.case_keys import CaseKeys
+from scbm.files.codec.lifted.part_keys import PartKeys
+from scbm.files.codec.model_keys import ModelKeys
+from scbm.files.codec.waiver_keys import WaiversKeys
+from scbm.files.key_reference import key_table, mappings_of
+
+SOURCE = Path(__file__).parents[1] / "src" / "scbm"
+
+MAPPINGS = {
+    keys.title(): keys
+    for root in (ModelKeys, PartKeys, CaseKeys, BindingsKeys, WaiversKeys)
+    for keys in mappings_of(root)
+}
+"""The mappings of files, by the names that their schemas have."""
+
+_MARK = re.compile(r"^<!-- generated: (\w+) ?(.*?) -->$", re.MULTILINE)
+_BEGINNING = re.compile(r'"""[^"\\]*"""\n')
+"""A docstring that a module begins with."""
+
+
+def complete_page(text: str) -> str:
+    """Return a page with its generated parts."""
+    return _MARK.sub(lambda mark: PARTS[mark[1]](mark[2]), text)
+
+
+def _keys(mapping: str) -> str:
+    """Return the table of the keys of a mapping."""
+    return f"\n{key_table(MAPPINGS[mapping])}"
+
+
+def _messages(_: str) -> str:
+    """Return the sections of all slugs."""
+    return messages_text()
+
+
+def _modules(_: str) -> str:
+    """Return for each package its summary, and a table with a row for each of its modules."""
+    lines = []
+    for package in _packages():
+        name = package.relative_to(SOURCE).as_posix()
+        lines += [f"## `{name}`", "", f"{summary(package / '__init__.py')}.", ""]
+        modules = [path for path in sorted(package.glob("*.py")) if path.name != "__init__.py"]
+        if modules:
+            rows = [f"| `{path.stem}` | {summary(path)} |" for path in modules]
+            lines += ["| module | contents |", "| --- | --- |", *rows, ""]
+    return "\n".join(lines)
+
+
+def _packages() -> list[Path]:
+    """Return the packages of the project as directories, each followed by those inside it."""
+    found = sorted(path.parent.relative_to(SOURCE) for path in SOURCE.rglob("__init__.py"))
+    return [SOURCE / path for path in found if path.parts]
+
+
+def summary(path: Path) -> str:
+    """Return the first sentence of the docstring of a module, as text for a cell of a table."""
+    text = path.read_text(encoding="utf-8")
+    docstring = _BEGINNING.match(text)  # parsing all of the module takes far longer
+    paragraph = (ast.get_docstring(ast.parse(text if docstring is None else docstring[0])) or "").partition("\n\n")[0]
+    sentence = re.split(r"(?<=[.?!])\s+(?=[A-Z`])", " ".join(paragraph.split()), maxsplit=1)[0]
+    return sentence.removesuffix(".").replace("|", "\\|").replace("<", "\\<")
+
+
+PARTS = {"keys": _keys, "messages": _messages, "modules": _modules}
+"""The generated parts by name; each takes the argument of the mark, which may be empty."""
