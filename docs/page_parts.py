@@ -9,6 +9,7 @@ import ast
 import re
 from pathlib import Path
 
+from scbm.cli.application import verb_options
 from scbm.cli.message_sections import messages_text
 from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
@@ -16,6 +17,7 @@ from scbm.files.codec.lifted.part_keys import PartKeys
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
 from scbm.files.key_reference import key_table, mappings_of
+from scbm.mutation.mutation_operators import MUTATIONS
 
 SOURCE = Path(__file__).parents[1] / "src" / "scbm"
 
@@ -39,6 +41,24 @@ def complete_page(text: str) -> str:
 def _keys(mapping: str) -> str:
     """Return the table of the keys of a mapping."""
     return f"\n{key_table(MAPPINGS[mapping])}"
+
+
+def _options(verb: str) -> str:
+    """Return the table of the options of a verb, with the texts of its help."""
+    rows = []
+    for option in verb_options(verb):
+        names = ", ".join(f"`{name}`" for name in (*option.opts, *option.secondary_opts))
+        more = [f"Default: `{option.default}`."] * (type(option.default) in (int, str))
+        more += ["May be repeated."] * option.multiple
+        value = f" {option.metavar}" if option.metavar else ""
+        rows.append(f"| {names}{value} | {' '.join([str(option.help), *more])} |\n")
+    return "".join(["\n| option | meaning |\n| --- | --- |\n", *rows])
+
+
+def _operators(_: str) -> str:
+    """Return the table of the mutation operators."""
+    rows = (f"| `{each.group}` | `{name}` | {each.summary} |\n" for name, each in MUTATIONS.items())
+    return "".join(["\n| group | operator | change |\n| --- | --- | --- |\n", *rows])
 
 
 def _messages(_: str) -> str:
@@ -74,5 +94,5 @@ def summary(path: Path) -> str:
     return sentence.removesuffix(".").replace("|", "\\|").replace("<", "\\<")
 
 
-PARTS = {"keys": _keys, "messages": _messages, "modules": _modules}
+PARTS = {"keys": _keys, "messages": _messages, "modules": _modules, "operators": _operators, "options": _options}
 """The generated parts by name; each takes the argument of the mark, which may be empty."""
