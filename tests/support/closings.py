@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from scbm.cases import Case
 from scbm.cases.coverage import Coverage, Obligation, Obligations
 from scbm.closing import Closing, ClosingCase, Decided, Decision, Suggestion
+from scbm.closing.closing_result import ClosingResult
 from scbm.files import digest_of
 from scbm.model import BehaviorModel
 from scbm.proofcheck import Certificate, Fact, StructureArgument
 from scbm.testing import Campaign, Tester
+from scbm.testing.suite import Suite
 
 
 def closing_of(
@@ -34,6 +37,12 @@ def closing_of(
     argument = StructureArgument(tuple(Fact.NO_DEADLINE for _ in claims))
     certificates = (("structure", Certificate(model.name, digest_of(model), claims, argument)),) if claims else ()
     return Closing(model, before, after, decided, tuple(made), certificates, tuple(suggestions))
+
+
+def result_of(closing: Closing, suite: Suite | None = None, campaign: Campaign | None = None) -> ClosingResult:
+    """What a command came to that closed a model like that; by default there were no cases before."""
+    before = campaign or Campaign.of(closing.model, ())
+    return ClosingResult(closing, suite or Suite(closing.model, Path("cell.yaml")), before)
 
 
 def _decided(obligation: Obligation, coverage: Coverage, undecided: Sequence[str]) -> Decided:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from msgspec import to_builtins
+
 from scbm.closing.decisions import forcing_record
 from scbm.planning import planner_of
 from scbm.testing.campaign_results_json import waiver_json
@@ -11,19 +13,16 @@ from scbm.testing.campaign_results_json import waiver_json
 if TYPE_CHECKING:
     from scbm.cases.coverage import Figure
     from scbm.closing.closing_files import ClosingFiles
+    from scbm.closing.closing_result import ClosingResult
     from scbm.closing.decisions import Closing, ClosingCase, Decided, Suggestion
     from scbm.proofcheck import Certificate
 
 FORMAT_VERSION = 3
 
 
-def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[str, Any]:
-    """Return the result of closing as data for `json`; equal results give equal bytes.
-
-    Args:
-        closing: the result of closing.
-        output: the files of its cases and certificates, if they were written.
-    """
+def closing_json(result: ClosingResult) -> dict[str, Any]:
+    """Return the result of closing as data for `json`; equal results give equal bytes."""
+    closing, output = result.closing, result.output
     planner = planner_of(closing.model)
     requirements = {} if closing.requirements is None else {"requirements": _requirements(closing, output)}
     counted = [decided for decided in closing.decided if decided.obligation.counts]
@@ -48,7 +47,13 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
             "expired": [waiver_json(waiver) for waiver in closing.expired_waivers],
         },
         "ended": [{"stage": end.stage.value, "why": end.why, "option": end.option} for end in closing.ended],
-    } | requirements
+        **requirements,
+        "out": None if output is None else str(output.directory),
+        "failed": [to_builtins(each) for each in result.failed],
+        "found": [to_builtins(each) for each in result.found],
+        "written": [{"name": name, "goal": goal} for name, goal in result.written.items()],
+        "already": [{"name": name, "goal": goal} for name, goal in result.already.items()],
+    }
 
 
 def decided_json(decided: Decided, output: ClosingFiles | None = None) -> dict[str, Any]:

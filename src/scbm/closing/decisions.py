@@ -272,12 +272,12 @@ class FailedCase(Struct, frozen=True):
     """A case that failed.
 
     Attributes:
-        name: the name of the case.
+        case: the name of the case.
         failures: one sentence for each reason.
         again: the command that reproduces the failure.
     """
 
-    name: str
+    case: str
     failures: tuple[str, ...]
     again: str
 
@@ -297,13 +297,13 @@ class FoundFault(Struct, frozen=True):
     """A new case that passes, because it expects its end, but ends as no run of a correct model does.
 
     Attributes:
-        name: the name of the case.
+        case: the name of the case.
         end: the end of its run.
         message: the fault, as what the case does.
         again: the command that reproduces it.
     """
 
-    name: str
+    case: str
     end: End
     message: str
     again: str

@@ -37,6 +37,16 @@ def shell_word(text: str) -> str:
     return f"$'{''.join(map(_in_shell, text))}'"
 
 
+def shown_path(path: str) -> str:
+    """Return a path as a word of a shell that no command takes for an option."""
+    return shell_word(f"./{path}" if path.startswith("-") else path)
+
+
+def counted(count: int, singular: str, plural: str | None = None) -> str:
+    """Return a number with its noun: `1 error`, `2 errors`."""
+    return f"{count} {singular if count == 1 else plural or singular + 's'}"
+
+
 def _in_shell(character: str) -> str:
     if character.isprintable():
         return f"\\{character}" if character in "\\'" else character

@@ -10,10 +10,10 @@ from msgspec.structs import asdict, replace
 
 from scbm.cases.coverage import MutantStatus
 from scbm.cli.campaigns.store_keeper import recipe_of
+from scbm.model.visible_text import counted
 from scbm.mutation.distinct_mutants import mutants_of
 from scbm.mutation.mutant_results import MutantResult
 from scbm.planning import planner_of_random_runs
-from scbm.reports import counted
 from scbm.store import (
     RECORDED,
     VERDICTS,
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
-    from scbm.cli.campaigns.suite import Suite
     from scbm.closing import CloseLimits
     from scbm.model import BehaviorModel
     from scbm.mutation.mutants import Mutant
+    from scbm.testing.suite import Suite
 
 
 @contextmanager

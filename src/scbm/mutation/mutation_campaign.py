@@ -19,6 +19,7 @@ from scbm.closing.interruption import Interruption
 from scbm.files import load_located, read_file, suggestion
 from scbm.files.file_writer import has_text
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.visible_text import counted, shown_path
 from scbm.mutation.equivalence.equivalences import Survivors
 from scbm.mutation.mutation_operators import MUTATIONS
 from scbm.mutation.report.mutation_json import mutation_json
@@ -26,20 +27,18 @@ from scbm.mutation.report.mutation_page import mutation_page
 from scbm.mutation.report.mutation_report import mutation_report
 from scbm.mutation.report.mutation_sarif import mutation_sarif
 from scbm.mutation.report.mutation_summary import MutationSummary
-from scbm.reports import counted
-from scbm.reports.figure_table import shown_path
 from scbm.testing import case_texts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from scbm.cli.campaigns.suite import Suite
     from scbm.closing import CloseLimits
     from scbm.mutation.mutant_keeper import MutantKeeper
     from scbm.mutation.mutant_results import MutantCounts, MutantResult
     from scbm.mutation.mutation_runs import MutationRuns
     from scbm.mutation.mutation_work import MutationWork
+    from scbm.testing.suite import Suite
 
 
 _MUTANTS = "mutants"

@@ -9,18 +9,16 @@ from typing import TYPE_CHECKING
 from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from scbm.reports.figure_table import counted
-    from scbm.reports.terminal.coverage_report import Setting, coverage_report, missing_report
+    from scbm.reports.terminal.coverage_report import coverage_report, missing_report
     from scbm.reports.terminal.failure_report import failure_lines
     from scbm.reports.terminal.timeline import timeline
 
-__all__ = ["Setting", "counted", "coverage_report", "failure_lines", "missing_report", "timeline"]
+__all__ = ["coverage_report", "failure_lines", "missing_report", "timeline"]
 
 __getattr__ = lazy_exports(
     __name__,
     {
-        "figure_table": "counted",
-        "terminal.coverage_report": "Setting coverage_report missing_report",
+        "terminal.coverage_report": "coverage_report missing_report",
         "terminal.failure_report": "failure_lines",
         "terminal.timeline": "timeline",
     },

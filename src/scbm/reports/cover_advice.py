@@ -13,7 +13,6 @@ from itertools import islice
 from typing import TYPE_CHECKING, TypeAlias
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, InstanceFolds, Obligation
 from scbm.cases.trace import BecameCurrent, PlanAsked, PlanReceived, RunnerStarted, RunStarted
@@ -22,8 +21,8 @@ from scbm.model.predicates import TRUE, Constant, conjuncts
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import free_groups, is_triggered, moved
 from scbm.model.variables import CURRENT_NAME
+from scbm.model.visible_text import counted
 from scbm.planning import Solved
-from scbm.reports.figure_table import counted
 from scbm.testing.request_protocol import clears, sets
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Coverage
     from scbm.model import Action, BehaviorModel, Operation, Predicate, Resource, Transition, Value
     from scbm.store import History
-    from scbm.testing import Campaign, Execution
+    from scbm.testing import CampaignResult, Execution
 
     _Step: TypeAlias = tuple[Obligation, Predicate, tuple[Action, ...]]
 
@@ -166,15 +165,17 @@ class CampaignKind(Struct, frozen=True, dict=True):
     real: tuple[str, ...] = ()
     runs: Callable[[], Iterator[Execution]] = _no_runs
 
-    def of_campaign(self, campaign: Campaign) -> CampaignKind:
-        """Return the same kind with the runs of a campaign in simulation."""
+    @staticmethod
+    def of_campaign(result: CampaignResult) -> CampaignKind:
+        """Return the kind of the cases of a campaign, with their runs unless they ran over nodes."""
         from scbm.testing import Tester  # noqa: PLC0415 - not all reports need it
 
         def runs() -> Iterator[Execution]:
-            execute, case = Tester(campaign.model).execute, campaign.source.case
-            yield from (execute(case(position)) for position in range(1, campaign.count + 1))
+            execute, case = Tester(result.model).execute, result.campaign.source.case
+            yield from (execute(case(position)) for position in range(1, result.campaign.count + 1))
 
-        return replace(self, runs=runs)
+        suite, real = result.suite, tuple(answers.resource for answers in result.answers)
+        return CampaignKind(suite.loses_messages, suite.moves_inputs, real, _no_runs if result.where else runs)
 
     @staticmethod
     def of_store(history: History) -> CampaignKind:

@@ -17,7 +17,7 @@ from scbm.cases.coverage import (
     Statuses,
     first_missed,
 )
-from scbm.model.visible_text import shell_word
+from scbm.model.visible_text import counted
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -62,11 +62,6 @@ _STATUS_STYLES = {Decision.COVERED: "dim green", Decision.UNDECIDED: "red"}
 
 _NAME_INDENT = len("  op: ")
 _GUARD_INDENT = 8
-
-
-def counted(count: int, singular: str, plural: str | None = None) -> str:
-    """Return a number with its noun: `1 error`, `2 errors`."""
-    return f"{count} {singular if count == 1 else plural or singular + 's'}"
 
 
 def short_of_goal_in_words(cases: int, excuses: Mapping[Excuse, int]) -> str:
@@ -114,11 +109,6 @@ def wrapped(words: str, columns: int, first: str, following: int) -> Iterator[st
         break_long_words=False,
         break_on_hyphens=False,
     )
-
-
-def shown_path(path: str) -> str:
-    """Return a path as a word of a shell that no command takes for an option."""
-    return shell_word(f"./{path}" if path.startswith("-") else path)
 
 
 def command_text(before: str, command: str, what: str = "") -> Text:

@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from scbm.cases.coverage import Aspect, Decision, Obligation
-from scbm.model.visible_text import shell_word
+from scbm.model.visible_text import counted, shell_word, shown_path
 from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans
-from scbm.reports.figure_table import counted, shown_path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scbm.cases.coverage import Coverage, ObligationStatus, Statuses
+    from scbm.cases.coverage import ObligationStatus
     from scbm.model import BehaviorModel
+    from scbm.store import History
+    from scbm.testing import CampaignResult
 
 
 class Missed(Struct, frozen=True):
@@ -33,21 +34,18 @@ class Missed(Struct, frozen=True):
     status: Decision = Decision.UNDECIDED
 
 
-def missed_reasons(
-    model: BehaviorModel, coverage: Coverage, file: str, statuses: Statuses, kind: CampaignKind | None = None
-) -> tuple[Missed, ...]:
+def missed_reasons(result: CampaignResult | History, file: str, kind: CampaignKind) -> tuple[Missed, ...]:
     """Return all missed obligations in the order of the model; `queued` ones come last, as they are not in SCBM-IAS.
 
     Those that are proved or waived are among them, though forced states may visit them.
 
     Args:
-        model: the model.
-        coverage: the visits of the cases.
+        result: what the cases showed.
         file: the model file, for the commands.
-        statuses: the statuses of the obligations.
-        kind: the kind of the cases; by default nothing is known of their runs.
+        kind: the kind of the cases.
     """
-    advisor = CoverAdvisor(model, coverage, kind or CampaignKind())
+    model, coverage = result.model, result.coverage
+    advisor = CoverAdvisor(model, coverage, kind)
     reasons = _MissedReasons(model, coverage.visits(), coverage.count, advisor)
 
     def missed(status: ObligationStatus) -> Missed:
@@ -55,7 +53,7 @@ def missed_reasons(
         reason = reasons.why(status.obligation) if status.decision is Decision.UNDECIDED else status.words
         return Missed(status.obligation, reason, command, status.decision)
 
-    found = [status for status in statuses.entries if status.marked is not Decision.COVERED]
+    found = [status for status in result.statuses.entries if status.marked is not Decision.COVERED]
     return tuple(missed(status) for status in sorted(found, key=lambda status: not status.obligation.counts))
 
 

@@ -8,18 +8,31 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.cases.coverage import forced_count_in_words, status_counts_in_words
-from scbm.reports.figure_table import DEFAULT_COLUMNS, counted, wrapped
+from scbm.model.visible_text import counted
+from scbm.reports.figure_table import DEFAULT_COLUMNS, headline, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.cases.coverage import LiftedStatuses, Statuses
     from scbm.model import Waiver
+    from scbm.store import History
+    from scbm.testing import CampaignResult
 
 
 _MAX_LISTS = 3
 _MAX_WAIVED = 3
 _MAX_OBJECTS = 6
+
+
+def figure_lines(result: CampaignResult | History, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
+    """Yield the figures of all obligations: of the paper, of lifted ones, of statuses, and of forced states."""
+    yield headline(result.coverage.figure, columns)
+    yield from lifted_lines(result.lifted, columns)
+    if result.decided is not None:
+        yield from status_lines(result.decided, columns)
+    if result.statuses.forced:
+        yield Text(f"  Forced: {forced_count_in_words(result.statuses.forced)}")
 
 
 def lifted_lines(lifted: LiftedStatuses | None, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
@@ -78,12 +91,6 @@ def status_lines(statuses: Statuses, columns: int = DEFAULT_COLUMNS) -> Iterator
         )
     for sentence in status_warnings(statuses):
         yield from (Text(part, style="yellow") for part in wrapped(sentence, columns, "  ", 6))
-
-
-def forced_lines(statuses: Statuses) -> Iterator[Text]:
-    """Yield how many obligations only forced states visit; nothing if there are none."""
-    if statuses.forced:
-        yield Text(f"  Forced: {forced_count_in_words(statuses.forced)}")
 
 
 def status_warnings(statuses: Statuses) -> Iterator[str]:

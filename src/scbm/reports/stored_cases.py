@@ -13,9 +13,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from scbm.model import FIRST_PLANNER, PlannerIdentity, format_duration
-from scbm.model.visible_text import shell_word
+from scbm.model.visible_text import counted, shell_word, shown_path
 from scbm.planning import DRAWN_PLANS
-from scbm.reports.figure_table import counted, shown_path
 from scbm.store import Written
 from scbm.testing import FailureKind
 

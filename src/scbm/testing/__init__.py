@@ -12,9 +12,8 @@ if TYPE_CHECKING:
     from scbm.testing.batches.campaign_work import CampaignWork
     from scbm.testing.batches.worker_processes import WorkerProcesses
     from scbm.testing.campaign import Campaign, CaseResult
-    from scbm.testing.campaign_result import CampaignResult
+    from scbm.testing.campaign_result import MAX_SHRUNK, CampaignResult, Finding, find_causes
     from scbm.testing.campaign_results_json import FORMAT_VERSION, campaign_json, coverage_json
-    from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
     from scbm.testing.random_cases import RandomCases, draw_network
     from scbm.testing.random_streams import reaction_stream
     from scbm.testing.real_drivers import Answers
@@ -71,11 +70,10 @@ __getattr__ = lazy_exports(
         "batches.campaign_work": "CampaignWork",
         "batches.worker_processes": "WorkerProcesses",
         "campaign": "Campaign CaseResult",
-        "campaign_result": "CampaignResult",
+        "campaign_result": "MAX_SHRUNK CampaignResult Finding find_causes",
         "campaign_results_json": "FORMAT_VERSION campaign_json coverage_json",
         "shrinking.case_sizes": "Choice Size",
         "real_drivers": "Answers",
-        "findings": "MAX_SHRUNK Finding find_causes",
         "random_cases": "RandomCases draw_network",
         "random_streams": "reaction_stream",
         "requirement_monitors": "Violation find_violations",

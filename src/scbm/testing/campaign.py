@@ -84,6 +84,11 @@ class Campaign(Struct, frozen=True, dict=True):
         return self.summary.count
 
     @property
+    def drawn(self) -> int:
+        """The number of random cases; they come last."""
+        return max(0, self.count - self.summary.written)
+
+    @property
     def failed_count(self) -> int:
         """The number of cases that failed."""
         return self.summary.failed

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import AssertionEvidence, Figure
     from scbm.model import Waiver
     from scbm.testing.campaign import Campaign, CaseResult
-    from scbm.testing.campaign_result import CampaignResult
-    from scbm.testing.findings import Finding
+    from scbm.testing.campaign_result import CampaignResult, Finding
     from scbm.testing.real_drivers import Answers
     from scbm.testing.shrinking.shrinker import Shrunk
     from scbm.testing.tester import Execution
@@ -37,7 +36,7 @@ def campaign_json(result: CampaignResult) -> dict[str, Any]:
     return {
         "format_version": FORMAT_VERSION,
         "model": campaign.model.name,
-        "seed": result.seed,
+        "seed": result.suite.seed,
         "passed": not campaign.failed_count,
         "coverage": coverage_json(campaign.coverage),
         "statuses": statuses_json(result.statuses),
@@ -52,7 +51,7 @@ def campaign_json(result: CampaignResult) -> dict[str, Any]:
         "requirements_off": dict(campaign.model.requirements_off),
         "cases": [_case(each, campaign) for each in campaign.results],
         **({"excluded_values": to_builtins(result.excluded)} if is_over_nodes else {}),
-        "random_cases": {"count": result.random, "reached": result.random_reached},
+        "random_cases": {"count": campaign.drawn, "reached": result.random_reached},
         **({} if result.evidence is None else {"asserted": asserted_json(result.evidence)}),
         **({} if result.dry is None else {"dry": {"cases": result.dry, "reached": result.is_dry}}),
         **({"ended_early": result.ended_early} if result.ended_early else {}),

@@ -34,7 +34,7 @@ def test_an_end_that_no_good_model_has_is_found(old: str, new: str, more: str, e
     closing = closing_of(model, [case])
     assert failed_cases(Campaign.of(model, ()), closing, str) == ()
     (fault,) = found_faults(closing, lambda name: f"again {name}")
-    assert (fault.name, fault.end.value, fault.again) == ("one", end, "again one")
+    assert (fault.case, fault.end.value, fault.again) == ("one", end, "again one")
     wording(fault.message)
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from msgspec.structs import replace
+
 from scbm.cases.coverage import Obligations
 from scbm.closing import Suggestion, SuggestionKind
 from scbm.closing.closing_files import ClosingFiles
 from scbm.closing.closing_json import closing_json
 from scbm.files import parse_predicate, read_case
 from scbm.files.language.scope import Scope
-from support.closings import closing_of, obligation
+from support.closings import closing_of, obligation, result_of
 from support.models import scan_cell
 from support.wording import Wording
 
@@ -21,7 +23,7 @@ FAILS = read_case("case: fails\ngoal: scanned\noutcomes: {scan: [fail]}\n", CELL
 
 
 def test_obligations_are_those_of_the_figure_and_queued_ones_stand_beside() -> None:
-    report = closing_json(closing_of(CELL, [SCANS]))
+    report = closing_json(result_of(closing_of(CELL, [SCANS])))
     counted = [str(each) for each in Obligations.of(CELL) if each.counts]
     assert [entry["name"] for entry in report["obligations"]] == counted
     assert [entry["name"] for entry in report["queued"]] == ["scan_box/queued"]
@@ -29,7 +31,7 @@ def test_obligations_are_those_of_the_figure_and_queued_ones_stand_beside() -> N
 
 
 def test_every_entry_has_what_decides_it(wording: Wording) -> None:
-    report = closing_json(closing_of(CELL, [SCANS], undecided=["scan_box/failed", "automatic/scan_failed"]))
+    report = closing_json(result_of(closing_of(CELL, [SCANS], undecided=["scan_box/failed", "automatic/scan_failed"])))
     by_name = {entry["name"]: entry for entry in report["obligations"]}
     covered = dict(by_name["scan_box/executing"])
     wording(covered.pop("reason"))
@@ -45,7 +47,7 @@ def test_every_entry_has_what_decides_it(wording: Wording) -> None:
 
 
 def test_figures_and_cases() -> None:
-    report = closing_json(closing_of(CELL, [FAILS], suite=[SCANS]))
+    report = closing_json(result_of(closing_of(CELL, [FAILS], suite=[SCANS])))
     assert (report["before"], report["after"]) == (
         {"visited": 2, "of": 6, "percent": 33.33},
         {"visited": 4, "of": 6, "percent": 66.67},
@@ -60,7 +62,7 @@ def test_what_was_written_is_named_by_its_path() -> None:
     output = ClosingFiles(
         Path("out"), {"scans": Path("out/cases/scans.yaml")}, {"structure": Path("out/c/structure.json")}
     )
-    report = closing_json(closing_of(CELL, [SCANS]), output)
+    report = closing_json(replace(result_of(closing_of(CELL, [SCANS])), output=output))
     assert report["cases"][0]["file"] == "out/cases/scans.yaml"
     assert report["certificates"][0]["file"] == "out/c/structure.json"
     assert {entry.get("certificate") for entry in report["obligations"]} == {None, "out/c/structure.json"}
@@ -73,7 +75,7 @@ def test_suggestions() -> None:
         Suggestion(about, SuggestionKind.GOAL, "a goal would", "needs_scan_box", goal),
         Suggestion(about[:1], SuggestionKind.GUARD, "a guard is in the way", blamed=("a == b",)),
     ]
-    first, second = closing_json(closing_of(CELL, suggestions=suggestions))["suggestions"]
+    first, second = closing_json(result_of(closing_of(CELL, suggestions=suggestions)))["suggestions"]
     assert first == {
         "obligation": "scan_box/failed",
         "obligations": ["scan_box/failed", "automatic/scan_failed"],
@@ -88,5 +90,5 @@ def test_suggestions() -> None:
 
 
 def test_it_can_be_written() -> None:
-    report = closing_json(closing_of(CELL, [SCANS], suite=[FAILS], undecided=["scan_box/disabled"]))
+    report = closing_json(result_of(closing_of(CELL, [SCANS], suite=[FAILS], undecided=["scan_box/disabled"])))
     assert json.loads(json.dumps(report)) == report

@@ -10,16 +10,17 @@ from msgspec.structs import replace
 
 from scbm.cases import Case
 from scbm.cases.coverage import Aspect
-from scbm.cases.trace import End
 from scbm.closing import Closing, Suggestion, SuggestionKind
 from scbm.closing.closing_files import ClosingFiles
-from scbm.closing.decisions import FoundFault, Stage, StageEnd
+from scbm.closing.closing_result import ClosingResult
+from scbm.closing.decisions import Stage, StageEnd
 from scbm.files import load_model, parse_predicate, parse_requirement, read_case, read_model
 from scbm.files.language.scope import Scope
 from scbm.model import Requirement
-from scbm.reports.terminal.closing_report import ClosingSetting, closing_report
-from scbm.testing import Campaign, Tester, find_causes
-from support.closings import closing_of, obligation
+from scbm.reports.terminal.closing_report import closing_report
+from scbm.testing import Campaign, Tester, WrittenCase
+from support.campaigns import suite_of
+from support.closings import closing_of, obligation, result_of
 from support.models import scan_cell
 from support.wording import Wording
 
@@ -37,8 +38,9 @@ TIMES_OUT = _case("times_out", "outcomes: {scan: [timeout]}\n")
 WAITS = _case("waits", "injections: [{when: current.name == scan_box, set: {scan_req_state: failed}, hold: 1 s}]\n")
 
 
-def _report_lines(closing: Closing, setting: ClosingSetting | None = None) -> list[str]:
-    lines = [line.plain for line in closing_report(closing, setting or ClosingSetting("cell.yaml"))]
+def _report_lines(closed: Closing | ClosingResult, columns: int = 80) -> list[str]:
+    result = result_of(closed) if isinstance(closed, Closing) else closed
+    lines = [line.plain for line in closing_report(result, columns)]
     assert all(line == line.rstrip() for line in lines), "no line has blanks at its end"
     return lines
 
@@ -51,7 +53,7 @@ def _section(lines: list[str], head: str) -> list[str]:
 
 def test_the_figure_goes_from_before_to_after_and_the_bar_shows_all_parts(wording: Wording) -> None:
     closing = closing_of(CELL, [FAILS], suite=[SCANS], undecided=["scan_box/disabled"])
-    lines = _report_lines(closing, ClosingSetting("cell.yaml", columns=100))
+    lines = _report_lines(closing, 100)
     bar = lines[2].removeprefix("  SCBM-IAS: 33.33 % → 66.67 %  ")
     assert bar == "█" * 17 + "▓" * 17 + "░" * 8 + "?" * 8
     assert [part[0] for part in lines[3].strip().split("   ")] == ["█", "▓", "░", "?"]
@@ -62,16 +64,15 @@ def test_the_figure_goes_from_before_to_after_and_the_bar_shows_all_parts(wordin
 @pytest.mark.parametrize("columns", [60, 80])
 def test_the_bar_fits_the_width_of_the_report(columns: int) -> None:
     closing = closing_of(CELL, [FAILS], suite=[SCANS], undecided=["scan_box/disabled"])
-    lines = _report_lines(closing, ClosingSetting("cell.yaml", columns=columns))
+    lines = _report_lines(closing, columns)
     assert len(lines[2]) == columns
     assert [mark for mark, _ in groupby(lines[2].rpartition("  ")[2])] == ["█", "▓", "░", "?"]
 
 
 def test_it_is_short_where_all_is_covered(wording: Wording) -> None:
-    lines = _report_lines(
-        closing_of(CELL, suite=[SCANS, FAILS, TIMES_OUT, WAITS]), ClosingSetting("cell.yaml", "4 cases")
-    )
-    wording(lines)
+    written = [WrittenCase(case, Path(f"{case.name}.yaml"), None) for case in (SCANS, FAILS, TIMES_OUT, WAITS)]
+    closing = closing_of(CELL, suite=[each.case for each in written])
+    wording(_report_lines(result_of(closing, suite_of(CELL, written=written))))
 
 
 def test_new_cases_are_a_table_with_what_each_adds(wording: Wording) -> None:
@@ -103,30 +104,28 @@ def test_suggestions_have_the_command_that_writes_them(wording: Wording) -> None
     goal = parse_predicate("light == red", Scope.of(CELL))
     goals = [Suggestion(about, SuggestionKind.GOAL, "a goal needs it", name, goal) for name in ("one", "two")]
     guard = Suggestion(about[:1], SuggestionKind.GUARD, "a guard is in the way", blamed=("light == red",))
-    setting = ClosingSetting("my cell.yaml", closing=" --suite cases")
-    lines = _report_lines(closing_of(CELL, [SCANS], suggestions=[goals[0], guard]), setting)
+    suite = suite_of(CELL, "my cell.yaml", paths=[Path("cases")])
+    lines = _report_lines(result_of(closing_of(CELL, [SCANS], suggestions=[goals[0], guard]), suite))
     wording(_section(lines, "Suggested"))
-    lines = _report_lines(closing_of(CELL, [SCANS], suggestions=goals), setting)
+    lines = _report_lines(result_of(closing_of(CELL, [SCANS], suggestions=goals), suite))
     wording(_section(lines, "Suggested")[-2:])
 
 
 def test_what_failed_comes_first_with_the_command_that_shows_it(wording: Wording) -> None:
     moon = Requirement("idle", parse_requirement("never scan_req_state == executing", Scope.of(CELL)))
-    tester = Tester(CELL)
     failing = [replace(SCANS, name=name, requirements=(moon,)) for name in ("one", "two")]
-    failed = Campaign.of(CELL, tester.results(failing))
-    findings, commands = find_causes(tester, failed, 0), ("scbm replay one.yaml",)
-    setting = ClosingSetting("cell.yaml", failed=failed, findings=findings, commands=commands)
-    lines = _report_lines(closing_of(CELL, [SCANS]), setting)
+    written = [WrittenCase(case, Path(f"{case.name}.yaml"), Path("cell.yaml")) for case in failing]
+    suite, campaign = suite_of(CELL, written=written), Campaign.of(CELL, Tester(CELL).results(failing))
+    lines = _report_lines(result_of(closing_of(CELL, [SCANS]), suite, campaign))
     first, second = _section(lines, "Failed"), _section(lines, "New")
     wording(first)
     assert lines.index(first[0]) < lines.index(second[0])
 
 
 def test_what_new_cases_found_on_their_way_has_its_own_section(wording: Wording) -> None:
-    fault = FoundFault("scans", End.LIVELOCK, "ends in a livelock: a -> a", "scbm replay scans.yaml")
-    lines = _report_lines(closing_of(CELL, [SCANS]), ClosingSetting("cell.yaml", found=(fault,)))
-    found = _section(lines, "Failures")
+    model = scan_cell(("deadline: 10 seconds", "deadline: 2 h"))
+    waits = read_case("case: waits\ngoal: scanned\noutcomes: {scan: [timeout]}\nexpect: {verdict: time_limit}\n", model)
+    found = _section(_report_lines(closing_of(model, [waits])), "Failures")
     wording(found)
     assert found[0] not in _report_lines(closing_of(CELL, [SCANS]))
 
@@ -145,10 +144,9 @@ def test_the_same_reason_of_several_automatic_transitions_is_reported_once(wordi
 
 
 def test_goals_that_were_written_are_reported(wording: Wording) -> None:
-    setting = ClosingSetting("cell.yaml", written=("red: light == red",))
-    wording(line for line in _report_lines(closing_of(CELL), setting) if "red: light == red" in line)
-    setting = ClosingSetting("cell.yaml", already=("red: light == red",))
-    wording(line for line in _report_lines(closing_of(CELL), setting) if "red: light == red" in line)
+    closed, goals = result_of(closing_of(CELL)), {"red": "light == red"}
+    for result in (replace(closed, written=goals), replace(closed, already=goals)):
+        wording(line for line in _report_lines(result) if "red: light == red" in line)
 
 
 def test_where_nothing_is_saved_the_command_that_does_is_reported(wording: Wording) -> None:
@@ -160,10 +158,10 @@ def test_where_nothing_is_saved_the_command_that_does_is_reported(wording: Wordi
 def test_what_was_written_is_reported_with_the_commands_that_repeat_it(wording: Wording) -> None:
     cases, certificates = {"fails": Path("out/cases/fails.yaml")}, {"structure": Path("out/certificates/s.json")}
     output = ClosingFiles(Path("out"), cases, certificates, (Path("out/cases/old.yaml"),))
-    setting = ClosingSetting("cell.yaml", "suite", " mine", " --cases 3 --seed 1", output=output)
-    lines = _report_lines(closing_of(CELL, [FAILS], suite=[SCANS]), setting)
+    suite = suite_of(CELL, random=3, paths=[Path("mine")])
+    lines = _report_lines(replace(result_of(closing_of(CELL, [FAILS], suite=[SCANS]), suite), output=output))
     wording(_section(lines, "Written"))
-    lines = _report_lines(closing_of(CELL), ClosingSetting("cell.yaml", output=ClosingFiles(Path("out"), {}, {})))
+    lines = _report_lines(replace(result_of(closing_of(CELL)), output=ClosingFiles(Path("out"), {}, {})))
     wording(_section(lines, "Written"))
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.cases.coverage import Aspect, Obligation, Statuses
+from scbm.cases.coverage import Aspect, Obligation
 from scbm.files import read_model
 from scbm.model import BehaviorModel
-from scbm.reports import Setting, coverage_report
+from scbm.reports import coverage_report
 from scbm.reports.cover_advice import CampaignKind, CoverAdvice, CoverAdvisor, CoverMeans
 from scbm.reports.missed_reasons import missed_reasons
-from scbm.testing import Campaign, CampaignResult, RandomCases, Tester
+from scbm.testing import CampaignResult, RandomCases, Tester
+from support.campaigns import drawn_campaign, suite_of
 from support.wording import Wording
 
 DELIVERY = """
@@ -50,9 +51,11 @@ goals:
 """
 
 
-def campaign_of(model: BehaviorModel, count: int = 20, *, moves_inputs: bool = False) -> Campaign:
+def result_of(model: BehaviorModel, count: int = 20, *, moves_inputs: bool = False) -> CampaignResult:
     tester, cases = Tester(model), RandomCases(model, moves_inputs=moves_inputs)
-    return Campaign.of(model, [tester.execute(cases.case(1, number)).result for number in range(1, count + 1)])
+    results = [tester.execute(cases.case(1, number)).result for number in range(1, count + 1)]
+    suite = suite_of(model, "delivery.yaml", count, moves_inputs=moves_inputs)
+    return CampaignResult(drawn_campaign(model, results, count), suite)
 
 
 def advisor_of(*changes: tuple[str, str], count: int = 20, moves_inputs: bool = False) -> CoverAdvisor:
@@ -60,9 +63,8 @@ def advisor_of(*changes: tuple[str, str], count: int = 20, moves_inputs: bool = 
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    campaign = campaign_of(read_model(text), count, moves_inputs=moves_inputs)
-    kind = CampaignKind(moves_inputs=moves_inputs).of_campaign(campaign)
-    return CoverAdvisor(campaign.model, campaign.coverage, kind)
+    result = result_of(read_model(text), count, moves_inputs=moves_inputs)
+    return CoverAdvisor(result.model, result.coverage, CampaignKind.of_campaign(result))
 
 
 def advice(name: str, *changes: tuple[str, str], count: int = 20, moves_inputs: bool = False) -> CoverAdvice:
@@ -308,14 +310,8 @@ def test_what_another_goal_would_plan_is_named() -> None:
 
 
 def test_all_reports_say_the_same(wording: Wording) -> None:
-    campaign = campaign_of(read_model(DELIVERY))
-    reasons = missed_reasons(
-        campaign.model,
-        campaign.coverage,
-        "delivery.yaml",
-        Statuses.of(campaign.coverage),
-        CampaignKind().of_campaign(campaign),
-    )
+    result = result_of(read_model(DELIVERY))
+    reasons = missed_reasons(result, "delivery.yaml", CampaignKind.of_campaign(result))
     wording("\n".join(f"{missed.obligation}: {missed.reason}" for missed in reasons))
-    lines = [line.plain for line in coverage_report(CampaignResult(campaign, 1, 20), Setting("delivery.yaml"))]
+    lines = [line.plain for line in coverage_report(result)]
     wording("\n".join(lines[lines.index("How to cover the rest") :]))

@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect, Statuses, WaiverReview
 from scbm.cli.output.terminal import folded
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, Waiver
-from scbm.reports import Setting, coverage_report
+from scbm.reports import coverage_report
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import missed_table
 from scbm.reports.missed_reasons import missed_reasons
 from scbm.testing import Campaign, CampaignResult, RandomCases, Tester
+from support.campaigns import drawn_campaign, suite_of
 from support.wording import Wording
 
 ROOT = Path(__file__).parents[3]
@@ -40,12 +40,17 @@ goals:
 
 
 def _report(
-    model: BehaviorModel, columns: int, cases: int = 2, random: int | None = None, **setting: object
+    model: BehaviorModel,
+    columns: int,
+    cases: int = 2,
+    drawn: int | None = None,
+    file: str = BEFORE,
+    **suite: Any,  # noqa: ANN401 - further parts of a suite
 ) -> list[str]:
-    campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(cases, 1)))
-    result = CampaignResult(campaign, 1, cases if random is None else random)
-    shown = replace(Setting(BEFORE, columns=columns), **setting)
-    return [part.plain for line in coverage_report(result, shown) for part in folded(line, columns)]
+    random = cases if drawn is None else drawn
+    campaign = drawn_campaign(model, list(Tester(model).results(RandomCases(model).first(cases, 1))), random)
+    result = CampaignResult(campaign, suite_of(model, file, random, **suite))
+    return [part.plain for line in coverage_report(result, columns) for part in folded(line, columns)]
 
 
 def test_the_mark_of_undecided_obligations_stands_in_the_title_only_if_it_occurs() -> None:
@@ -91,7 +96,7 @@ def test_names_of_any_length_are_shown_whole(columns: int, length: int) -> None:
 def test_operations_without_a_deadline_do_not_time_out_by_chance(guard: str, advice: str) -> None:
     back = f'post: {{g: "{guard}", a: [at <- home]}}'
     model = read_model((SMALL % "go").replace('post: {g: "true", a: [at <- home]}', back))
-    lines = _report(model, 80, kind=CampaignKind(loses_messages=True))
+    lines = _report(model, 80, network=None)
     assert [line.split(maxsplit=2)[:2] for line in lines if " timedout " in line and line.startswith("   ")] == [
         ["1", "timedout"],
         ["1", "timedout"],
@@ -110,18 +115,18 @@ def test_after_few_cases_the_first_advice_is_to_run_more(cases: int, wording: Wo
 def test_the_first_advice_depends_on_the_number_of_all_cases_written_or_random(cases: int) -> None:
     model = read_model(SMALL % "go")
 
-    def advice(**setting: Any) -> str:  # noqa: ANN401 - any of the settings
-        return next(line for line in _report(model, 80, cases, **setting) if line.strip().startswith("1 queued"))
+    def advice(drawn: int) -> str:
+        return next(line for line in _report(model, 80, cases, drawn) if line.strip().startswith("1 queued"))
 
-    assert advice(random=0) == advice(random=cases // 2) == advice(random=cases)
+    assert advice(0) == advice(cases // 2) == advice(cases)
 
 
 @pytest.mark.parametrize("cases", [1, 20])
 def test_both_reports_ask_for_more_cases_after_the_same_number_of_cases(cases: int) -> None:
     model = read_model(SMALL % "go")
     campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(cases, 1)))
-    reason = missed_reasons(model, campaign.coverage, BEFORE, Statuses.of(campaign.coverage))[-1].reason
-    advice = next(line for line in _report(model, 80, cases, random=0) if line.strip().startswith("1 queued"))
+    reason = missed_reasons(CampaignResult(campaign, suite_of(model)), BEFORE, CampaignKind())[-1].reason
+    advice = next(line for line in _report(model, 80, cases, 0) if line.strip().startswith("1 queued"))
     assert ("more cases" in reason) == ("more cases" in advice) == (cases == 1)
 
 
@@ -131,5 +136,5 @@ def test_a_suggested_command_quotes_the_path_of_the_model() -> None:
 
 
 def test_a_suggested_command_keeps_the_written_cases() -> None:
-    lines = _report(read_model(SMALL % "go"), 80, suite=" cases 'more cases'")
+    lines = _report(read_model(SMALL % "go"), 80, paths=[Path("cases"), Path("more cases")])
     assert any(line.startswith(f"  scbm test {BEFORE} cases 'more cases' --cases") for line in lines)

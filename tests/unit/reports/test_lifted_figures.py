@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from scbm.cases.coverage import Coverage, Obligations, Statuses, WaiverReview
+from scbm.cases.coverage import Statuses, WaiverReview
 from scbm.closing import Closer
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Waiver
@@ -15,10 +15,12 @@ from scbm.reports.ci.badge import badge
 from scbm.reports.ci.cobertura import cobertura_xml
 from scbm.reports.ci.junit import junit_xml
 from scbm.reports.ci.markdown import markdown
-from scbm.reports.terminal.closing_report import ClosingSetting, closing_report
+from scbm.reports.cover_advice import CampaignKind
+from scbm.reports.terminal.closing_report import closing_report
 from scbm.reports.terminal.coverage_report import missing_lines
 from scbm.store import History
-from support.closings import closing_of
+from support.campaigns import visiting
+from support.closings import closing_of, result_of
 from support.histories import EXAMPLE, history_of
 from support.wording import Wording
 
@@ -62,10 +64,7 @@ def test_models_without_parameters_have_no_lifted_figure() -> None:
 
 
 def _missing(model: BehaviorModel, visited: list[str]) -> list[str]:
-    obligations = Obligations.of(model)
-    bits = sum(obligations.bit(each) for each in obligations if str(each) in visited)
-    coverage = Coverage(obligations, (("case", bits),))
-    return [line.plain for line in missing_lines(model, coverage, "m.yaml", 100, Statuses.of(coverage))]
+    return [line.plain for line in missing_lines(visiting(model, visited), "m.yaml", CampaignKind(), 100)]
 
 
 def test_missing_obligations_of_all_instances_with_one_reason_have_one_line(wording: Wording) -> None:
@@ -110,7 +109,7 @@ def test_the_summary_counts_instances_of_many(tmp_path: Path) -> None:
 
 
 def test_the_closing_report_folds_instances_and_has_the_lifted_figure(wording: Wording) -> None:
-    lines = [line.plain for line in closing_report(closing_of(MODEL), ClosingSetting("doors.yaml"))]
+    lines = [line.plain for line in closing_report(result_of(closing_of(MODEL)))]
     wording(line for line in lines if "Lifted: " in line or "open_it" in line)
     assert not any("open_it.d2" in line for line in lines)
 
@@ -131,6 +130,6 @@ goals:
 def test_the_closing_report_counts_forced_visits_of_what_is_proved_uncoverable(wording: Wording) -> None:
     closing = Closer(read_model(ROBOTS)).close()
     assert closing.forced == 2
-    lines = [line.plain for line in closing_report(closing, ClosingSetting("arms.yaml"))]
+    lines = [line.plain for line in closing_report(result_of(closing))]
     wording(line for line in lines if "Lifted: " in line)
     assert "  move (2): disabled" in lines[lines.index("Proved uncoverable: 4") :]

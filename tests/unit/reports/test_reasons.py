@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, Statuses
+from scbm.cases.coverage import Aspect, Obligation
 from scbm.model import BehaviorModel
+from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.missed_reasons import close_command, missed_reasons
+from support.campaigns import visiting
 from support.models import scan_cell
 from support.wording import Wording
 
@@ -14,11 +16,8 @@ TIMELESS = (("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigge
 
 
 def _reason_lines(visited: str, model: BehaviorModel | None = None, file: str = "cell.yaml") -> dict[str, str]:
-    of = model or scan_cell()
-    obligations = Obligations.of(of)
-    bits = sum(bit for o in obligations if str(o) in visited.split() and (bit := obligations.bit(o)))
-    coverage = Coverage(obligations, (("c", bits),))
-    return {str(m.obligation): m.reason for m in missed_reasons(of, coverage, file, Statuses.of(coverage))}
+    result = visiting(model or scan_cell(), visited.split())
+    return {str(m.obligation): m.reason for m in missed_reasons(result, file, CampaignKind())}
 
 
 @pytest.mark.parametrize(
@@ -51,9 +50,7 @@ def test_the_guard_is_that_of_the_transition(wording: Wording) -> None:
 
 
 def test_commands_are_for_a_shell() -> None:
-    model = scan_cell()
-    coverage = Coverage(Obligations.of(model))
-    missed = missed_reasons(model, coverage, "my cell.yaml", Statuses.of(coverage))
+    missed = missed_reasons(visiting(scan_cell(), []), "my cell.yaml", CampaignKind())
     assert missed[0].command == f"scbm explain 'my cell.yaml' {missed[0].obligation}"
     assert missed[-1].obligation == Obligation("scan_box", Aspect.QUEUED)
     assert close_command("my cell.yaml") == "scbm close 'my cell.yaml' --out closed"

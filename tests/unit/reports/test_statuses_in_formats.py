@@ -17,6 +17,7 @@ from scbm.reports.ci.junit import junit_xml
 from scbm.reports.ci.lcov import lcov_info
 from scbm.reports.ci.markdown import markdown
 from scbm.reports.ci.sarif import sarif_log
+from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import STATUS_MARKS
 from scbm.reports.html import html_report
 from scbm.reports.terminal.coverage_report import missing_lines
@@ -66,7 +67,7 @@ def test_the_terminal_shows_them(history: History) -> None:
 
 
 def test_the_missing_obligations_have_their_statuses(history: History) -> None:
-    lines = missing_lines(history.model, history.coverage, "m.yaml", 200, history.decided)
+    lines = missing_lines(history, "m.yaml", CampaignKind(), 200)
     text = "\n".join(line.plain for line in lines)
     for words in ("uncoverable: nothing fails it", "excluded by the planner: no plan has it", "waived: tested by hand"):
         assert words in text

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from scbm.cases.trace import write_trace
 from scbm.files import load_model
-from scbm.reports import Setting, coverage_report, failure_lines, timeline
+from scbm.reports import coverage_report, failure_lines, timeline
 from scbm.reports.run.mcap_trace import write_mcap
 from scbm.reports.run.perfetto import write_perfetto
 from scbm.testing import (
@@ -23,6 +23,7 @@ from scbm.testing import (
     campaign_json,
     find_causes,
 )
+from support.campaigns import drawn_campaign, suite_of
 from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -55,7 +56,7 @@ def test_two_halves_add_up_to_the_whole() -> None:
     whole = Campaign.of(model, results)
     halves = Campaign.of(model, results[:10]).coverage + Campaign.of(model, results[10:]).coverage
     assert halves == whole.coverage
-    assert campaign_json(CampaignResult(whole))["coverage"]["visited"] == halves.figure.visited
+    assert campaign_json(CampaignResult(whole, suite_of(model)))["coverage"]["visited"] == halves.figure.visited
 
 
 def test_cases_that_were_lost_count_as_failed_and_are_one_finding() -> None:
@@ -81,9 +82,10 @@ def test_a_lost_case_is_shown_by_every_report_of_a_campaign(wording: Wording) ->
     model = load_model(EXAMPLE / "before.yaml")
     tester = Tester(model)
     one, two = RandomCases(model).first(2, seed=1)
-    campaign = Campaign.of(model, [tester.execute(one).result, tester.lost(two, "the controller was lost").result])
+    ran = [tester.execute(one).result, tester.lost(two, "the controller was lost").result]
+    campaign = drawn_campaign(model, ran, 2)
     findings = find_causes(tester, campaign)
-    result = CampaignResult(campaign, 1, 2, findings=findings, commands=("scbm test …",))
+    result = CampaignResult(campaign, suite_of(model, random=2), findings=findings, commands=("scbm test …",))
     document = campaign_json(result)
     assert document["passed"] is False
     lost = document["cases"][1]
@@ -92,7 +94,7 @@ def test_a_lost_case_is_shown_by_every_report_of_a_campaign(wording: Wording) ->
     assert failure == str(findings[0].failure)
     (finding,) = document["findings"]
     assert (finding["kind"], finding["again"], finding["smallest"]) == ("lost", "scbm test …", None)
-    report = [str(line) for line in coverage_report(result, Setting("cell.yaml"))]
+    report = [str(line) for line in coverage_report(result)]
     place = report.index("    again: scbm test …")
     wording([report[2], *report[place - 1 : place + 1]])
     assert not any("smallest" in line for line in report)

@@ -12,20 +12,20 @@ from scbm.cases.coverage import Obligations
 from scbm.cli.output.progress import CampaignLines, CampaignProgress, bar
 from scbm.cli.output.terminal import errors, print_progress
 from scbm.model import InputError
-from scbm.reports import counted
+from scbm.model.visible_text import counted
 from scbm.testing import Campaign
 from scbm.testing.batches.batch_summary import BatchSummary, SummaryBuilder, merge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Iterator
-    from pathlib import Path
 
     from scbm.cases.coverage import AssertionEvidence
     from scbm.cli.campaigns.store_keeper import Keeper, Since
-    from scbm.cli.campaigns.suite import Suite
+    from scbm.cli.options.campaign_options import CampaignOutput
     from scbm.testing import CaseResult, Execution
     from scbm.testing.batches.campaign_runs import CampaignStep
     from scbm.testing.event_logs.event_log import EventLog
+    from scbm.testing.suite import Suite
 
 _SLOW = 500
 """Minimum number of simulated cases for a progress bar on a terminal; over nodes there always is one."""
@@ -76,20 +76,17 @@ def finished_executions(suite: Suite, executions: Iterable[Execution]) -> Genera
 
 def carry_out(
     suite: Suite,
-    store: Path | None,
+    output: CampaignOutput,
     run: Callable[[Callable[[str], None]], Generator[Finished, None, None]],
-    where: str | None,
-    *,
-    stop: bool,
+    where: str | None = None,
 ) -> CampaignEnd:
     """Run the cases, add them to the store, and show the progress; return the results up to an interruption.
 
     Args:
         suite: the cases.
-        store: the store that the cases are added to, if any.
+        output: the store that the cases are added to, if any, and whether the first failure ends the campaign.
         run: runs the cases, and calls its argument with the name of the current one.
         where: a description of the nodes that run the cases; `None` for simulation.
-        stop: whether the first failure ends the campaign.
 
     Raises:
         InputError: an error ended the campaign before its first case was complete.
@@ -100,7 +97,7 @@ def carry_out(
     ended: InputError | KeyboardInterrupt | FirstFailure | None = None
     try:
         with (
-            _store(store, suite, where) as keeper,
+            _store(output, suite, where) as keeper,
             _progress(suite, where) as progress,
             closing(run(progress.begin)) as running,
         ):
@@ -109,7 +106,7 @@ def carry_out(
                     keeper.keep(finished.results(), suite.by_name, suite.network)
                 total = finished.total
                 progress.advance(total, finished.last)
-                if stop and total.failed and total.count < suite.count:
+                if output.stop and total.failed and total.count < suite.count:
                     raise FirstFailure  # noqa: TRY301 - the store must learn that its run is not finished
     except (InputError, KeyboardInterrupt, FirstFailure) as error:
         if not total.count:
@@ -161,19 +158,14 @@ class CampaignEnd(Struct, frozen=True):
         """Whether `-x` ended the campaign."""
         return isinstance(self.ended, FirstFailure)
 
-    @property
-    def drawn(self) -> int:
-        """The number of random cases that were run; they come last."""
-        return max(0, self.campaign.count - self.campaign.summary.written)
 
-
-def _store(path: Path | None, suite: Suite, where: str | None) -> AbstractContextManager[Keeper | None]:
+def _store(output: CampaignOutput, suite: Suite, where: str | None) -> AbstractContextManager[Keeper | None]:
     """Return the store of the command line, if it names one."""
-    if path is None:
+    if output.store is None:
         return nullcontext()
     from scbm.cli.campaigns.store_keeper import keeping  # noqa: PLC0415 - a database, which few runs need
 
-    return keeping(path, suite.model, suite.file, where, suite.evidence)
+    return keeping(output.store, suite.model, suite.file, where, output.evidence)
 
 
 def _progress(suite: Suite, where: str | None) -> AbstractContextManager[CampaignProgress]:

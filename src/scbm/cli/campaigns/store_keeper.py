@@ -15,7 +15,7 @@ from scbm.closing.certificate_files import MAX_BYTES
 from scbm.closing.proved_statuses import claims_of
 from scbm.files import read_file
 from scbm.model import InputError
-from scbm.reports import counted
+from scbm.model.visible_text import counted
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
 from scbm.store import StoredCertificate, begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
 from scbm.testing.campaign_results_json import lifted_json

@@ -9,8 +9,8 @@ from rich.text import Text
 
 from scbm.cli.output.terminal import results
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.reports import counted
-from scbm.reports.figure_table import command_text, shown_path
+from scbm.model.visible_text import counted, shown_path
+from scbm.reports.figure_table import command_text
 from scbm.testing import Tester
 from scbm.testing.recorded_results import is_of_record
 from scbm.testing.written_cases import RecordingStatus, recordings_of, write_recordings
@@ -18,8 +18,8 @@ from scbm.testing.written_cases import RecordingStatus, recordings_of, write_rec
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cli.campaigns.suite import Suite
-    from scbm.testing import Campaign
+    from scbm.testing import CampaignResult
+    from scbm.testing.suite import Suite
     from scbm.testing.written_cases import CaseRecording, RecordingMode
 
 _MAX_LISTED = 10
@@ -72,9 +72,9 @@ def record_suite(suite: Suite, mode: RecordingMode, *, shows: bool) -> tuple[Sui
     return replace(suite, written=tuple(each.written for each in found)), {"recording": _as_json(found)}
 
 
-def update_hint(campaign: Campaign, suite: Suite) -> Iterator[Text]:
+def update_hint(result: CampaignResult) -> Iterator[Text]:
     """Yield the command that records the new results of cases that differ from recorded ones, if there are any."""
-    causes = campaign.summary.causes
+    causes, suite = result.campaign.summary.causes, result.suite
     differing = sum(cause.count for cause in causes if any(map(is_of_record, cause.failures)))
     if differing:
         cases = counted(differing, "case differs from its recorded result", "cases differ from their recorded results")

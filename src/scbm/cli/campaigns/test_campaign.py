@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from itertools import islice
 from os.path import lexists
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches
-from scbm.cli.campaigns.suite import Suite
 from scbm.cli.campaigns.suite_recording import update_hint
 from scbm.cli.exit_codes import INTERRUPTED
-from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_inputs
+from scbm.cli.options.campaign_options import CampaignOutput, asks_for_asserted, meets_thresholds, read_inputs
 from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
 from scbm.cli.options.option_errors import OptionReader, refuse_given
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
@@ -21,17 +20,16 @@ from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import load_model
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.reports import Setting, counted, coverage_report, missing_report
-from scbm.reports.cover_advice import CampaignKind
-from scbm.reports.figure_table import shown_path
-from scbm.testing import MAX_SHRUNK, CampaignResult, Tester, campaign_json, case_texts, find_causes, load_suite
+from scbm.model.visible_text import counted, shown_path
+from scbm.reports import coverage_report, missing_report
+from scbm.testing import MAX_SHRUNK, CampaignResult, Tester, campaign_json, case_texts, find_causes
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
+from scbm.testing.suite import Suite
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from scbm.cases.coverage import Threshold
     from scbm.model import Requirement
     from scbm.testing import Campaign, Finding
     from scbm.testing.batches.campaign_runs import Executor
@@ -83,47 +81,16 @@ class CampaignOptions(Struct, frozen=True):
             loaded,
             self.model,
             self.files,
-            read.last(lambda: load_suite(self.files, loaded)),
-            random,
-            self.seed,
-            self.network,
-            faults,
-            requirements,
-            time_limit_ns,
-            range(1, random + 1),
-            self.planner.text,
-            moves_inputs,
+            random=random,
+            seed=self.seed,
+            network_text=self.network,
+            network=faults,
+            requirements=requirements,
+            time_limit_ns=time_limit_ns,
+            planner_option=self.planner.text,
+            moves_inputs=moves_inputs,
         )
-        suite.refuse_equal_names()
-        return suite
-
-
-class CampaignOutput(Struct, frozen=True):
-    """The options for the output of a campaign.
-
-    Attributes:
-        thresholds: the required coverage.
-        missing: whether only missed obligations are shown.
-        json: whether the report is JSON.
-        store: the store to add the cases to; `None` for none.
-        save: the directory for all random cases; `None` saves none.
-        failures: the directory for small failing cases.
-        shrink: whether to search for small failing cases.
-        stop: whether the first failure ends the campaign.
-        dry: after how many random cases in a row that visited nothing new it ends; `None` for never.
-        recorded: what was recorded in case files before, as further parts of the JSON.
-    """
-
-    thresholds: Sequence[Threshold]
-    missing: bool
-    json: bool
-    store: Path | None
-    save: Path | None
-    failures: Path
-    shrink: bool
-    stop: bool
-    dry: int | None = None
-    recorded: Mapping[str, Any] = field(default_factory=dict)
+        return read.last(suite.loaded)
 
 
 def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
@@ -137,9 +104,9 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     rule = StopRule(output.stop, output.dry)
     steps = run_steps(suite.work, executor, rule, keeps_all=output.store is not None)
     with suite.locating():
-        done = carry_out(suite, output.store, lambda _: finished_batches(suite, steps), None, stop=output.stop)
+        done = carry_out(suite, output, lambda _: finished_batches(suite, steps))
     if output.dry is not None:
-        suite = suite.first_drawn(done.drawn)
+        suite = suite.first_drawn(done.campaign.drawn)
     is_whole = done.ended is None or done.is_stopped  # after an interruption, users do not wait for small cases
     tester = Tester(suite.model)
     is_saved = output.save is None or done.ended is not None or _save_random(suite, tester, output.save)
@@ -147,54 +114,30 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     saved, is_kept = _save_all_small(suite, findings, output.failures)
     is_kept = is_kept and remember_failed(suite, done.campaign, output.failures)
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
-    result = replace(result_of(done, suite, findings, commands), dry=output.dry)
-    code = report_campaign(done, result, output, suite)
+    code = report_campaign(done, result_of(done, suite, output, findings, commands), output)
     return code if is_saved and is_kept else max(2, code)
 
 
-def report_campaign(
-    done: CampaignEnd, result: CampaignResult, output: CampaignOutput, suite: Suite, where: str = ""
-) -> int:
-    """Print the report of a campaign, and return its exit code.
-
-    Args:
-        done: how the campaign ended.
-        result: what it showed, apart from statuses with proofs, and from the evidence of a store.
-        output: the options for output and storage.
-        suite: the cases.
-        where: a description of the nodes that ran the cases; empty for simulation.
-    """
-    campaign, since, proved = done.campaign, done.since, None
-    if suite.evidence is not None:
-        goals = [written.case.goals_in(suite.model) for written in suite.written]
-        proved = suite.evidence.statuses(campaign.coverage, campaign.forced, goals)
-    result = replace(result, proved=proved, evidence=done.evidence)
+def report_campaign(done: CampaignEnd, result: CampaignResult, output: CampaignOutput) -> int:
+    """Print the report of a campaign, and return its exit code."""
+    since = done.since
     if output.json:
         stored = {} if since is None else {"store": since.as_json}
         write_json(campaign_json(result) | stored | dict(output.recorded))
     else:
-        shown = (missing_report if output.missing else coverage_report)(result, _setting(suite, output, where))
-        results().lines(shown)
-        results().lines(update_hint(campaign, suite))
+        results().lines((missing_report if output.missing else coverage_report)(result, report_columns()))
+        results().lines(update_hint(result))
         results().lines([] if since is None else since.lines)
     if done.words:
         return _report_early_end(done, output)
     if since is not None and not since.is_whole:
         return 2
-    coverable = None if proved is None else proved.coverable
     apart_from = output.store if since is not None and since.is_united else None
-    evidence = result.evidence
-    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence, result.lifted, apart_from)
-    if asks_for_asserted(output.thresholds) and (evidence is None or evidence.found is None):
-        errors().line(f"  {_mutate_command(suite, output)}")
-    has_missed = result.random >= _ENOUGH and not result.random_reached
-    return 0 if is_met and not campaign.failed_count and not has_missed else 1
-
-
-def _mutate_command(suite: Suite, output: CampaignOutput) -> str:
-    """Return the command that finds what the cases assert, and keeps it in the store."""
-    store = "" if output.store is None else f" --store {shown_path(str(output.store))}"
-    return f"scbm mutate {shown_path(str(suite.file))}{suite.test_options}{store}"
+    is_met = meets_thresholds(result, output.thresholds, apart_from)
+    if asks_for_asserted(output.thresholds) and (result.evidence is None or result.evidence.found is None):
+        errors().line(f"  {result.mutate_command}")
+    has_missed = result.campaign.drawn >= _ENOUGH and not result.random_reached
+    return 0 if is_met and not result.campaign.failed_count and not has_missed else 1
 
 
 def _report_early_end(done: CampaignEnd, output: CampaignOutput) -> int:
@@ -329,24 +272,32 @@ def _again(suite: Suite, finding: Finding, saved: Path | None) -> str:
     return suite.again(finding.names[0]) or ""
 
 
-def result_of(done: CampaignEnd, suite: Suite, findings: Sequence[Finding], commands: Sequence[str]) -> CampaignResult:
-    """Return the result of a campaign whose failures have these causes, each with the command that reproduces it."""
+def result_of(
+    done: CampaignEnd, suite: Suite, output: CampaignOutput, findings: Sequence[Finding], commands: Sequence[str]
+) -> CampaignResult:
+    """Return the result of a campaign in simulation.
+
+    Args:
+        done: how the campaign ended.
+        suite: the cases.
+        output: the options for output and storage.
+        findings: the causes of failures.
+        commands: for each finding the command that reproduces it.
+    """
+    campaign, decided = done.campaign, None
+    if output.evidence is not None:
+        goals = [written.case.goals_in(suite.model) for written in suite.written]
+        decided = output.evidence.statuses(campaign.coverage, campaign.forced, goals)
     return CampaignResult(
-        done.campaign, suite.seed, done.drawn, tuple(findings), tuple(commands), ended_early=done.words
-    )
-
-
-def _setting(suite: Suite, output: CampaignOutput, where: str) -> Setting:
-    """Return what the report shows beside the result."""
-    return Setting(
-        str(suite.file),
-        suite.network_option + suite.planner_option,
-        suite.arguments,
-        kind=CampaignKind(suite.loses_messages, suite.moves_inputs),
-        where=where,
-        columns=report_columns(),
-        mutate=_mutate_command(suite, output),
-        first_random="" if where else next((suite.again(name) or "" for name in suite.drawn_names), ""),
+        campaign,
+        suite,
+        tuple(findings),
+        tuple(commands),
+        decided,
+        done.evidence,
+        dry=output.dry,
+        ended_early=done.words,
+        store=output.store,
     )
 
 

@@ -1,4 +1,4 @@
-"""Values of options of verbs that run many cases: thresholds, worker processes, and moved inputs.
+"""Options of verbs that run many cases: thresholds, worker processes, moved inputs, and the output.
 
 `--fail-under` sets a threshold for the coverage of all obligations, or of one kind.
 """
@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct, field
 
 from scbm.cases.coverage import ASSERTED, COVERABLE, KINDS, LIFTED, Threshold
 from scbm.cli.options.option_errors import option_error
@@ -14,17 +16,50 @@ from scbm.cli.options.verb_options import FAIL_UNDER
 from scbm.cli.output.terminal import errors
 from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.reports.figure_table import shown_path
+from scbm.model.visible_text import shown_path
 from scbm.reports.status_lines import united_in_words
 from scbm.testing.batches.all_cores import AllCores
 from scbm.testing.batches.campaign_runs import InProcess
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
-    from scbm.cases.coverage import AssertionEvidence, Coverage, Figure, LiftedStatuses
+    from scbm.cases.coverage import AssertionEvidence, Figure, LiftedStatuses
+    from scbm.closing.proved_statuses import StatusEvidence
+    from scbm.store import History
+    from scbm.testing import CampaignResult
     from scbm.testing.batches.campaign_runs import Executor
+
+
+class CampaignOutput(Struct, frozen=True):
+    """The options for the output of a campaign.
+
+    Attributes:
+        thresholds: the required coverage.
+        missing: whether only missed obligations are shown.
+        json: whether the report is JSON.
+        store: the store to add the cases to; `None` for none.
+        save: the directory for all random cases; `None` saves none.
+        failures: the directory for small failing cases.
+        shrink: whether to search for small failing cases.
+        stop: whether the first failure ends the campaign.
+        dry: after how many random cases in a row that visited nothing new it ends; `None` for never.
+        evidence: the certificates and waivers that count; `None` if statuses are not asked for.
+        recorded: what was recorded in case files before, as further parts of the JSON.
+    """
+
+    thresholds: Sequence[Threshold]
+    missing: bool
+    json: bool
+    store: Path | None
+    save: Path | None
+    failures: Path
+    shrink: bool
+    stop: bool
+    dry: int | None = None
+    evidence: StatusEvidence | None = None
+    recorded: Mapping[str, Any] = field(default_factory=dict)
 
 
 _ALL_PERCENT = 100
@@ -94,24 +129,19 @@ def asks_for_asserted(thresholds: Sequence[Threshold]) -> bool:
 
 
 def meets_thresholds(
-    coverage: Coverage,
-    thresholds: Sequence[Threshold],
-    coverable: Figure | None = None,
-    evidence: AssertionEvidence | None = None,
-    lifted: LiftedStatuses | None = None,
-    apart_from: Path | None = None,
+    result: CampaignResult | History, thresholds: Sequence[Threshold], apart_from: Path | None = None
 ) -> bool:
     """Return whether all thresholds are met; print a sentence for each that is not.
 
     Args:
-        coverage: the visits of the cases.
+        result: what the cases showed.
         thresholds: the thresholds of the command line.
-        coverable: the figure of what can be covered; by default everything can be covered.
-        evidence: what a store says about asserted obligations; `None` without a store.
-        lifted: the statuses of lifted obligations, of a model with parameters.
-        apart_from: a store with cases under other objects, if `lifted` is about the cases of this run alone.
+        apart_from: a store with cases under other objects, if `result` is about the cases of this run alone.
     """
+    coverage, lifted = result.coverage, result.lifted
+    evidence = result.evidence if asks_for_asserted(thresholds) else None
     asserted = None if evidence is None else evidence.figure
+    coverable = None if result.decided is None else result.decided.coverable
     folded = None if lifted is None else lifted.figure
     missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable, asserted, folded)]
     for threshold in missed:

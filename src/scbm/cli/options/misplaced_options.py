@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model.visible_text import shell_word
-from scbm.reports.figure_table import shown_path
+from scbm.model.visible_text import shell_word, shown_path
 from scbm.reports.formats import FORMATS
 
 if TYPE_CHECKING:

@@ -18,8 +18,7 @@ from rich.text import Text
 
 from scbm.cli.output.progress import LineClock
 from scbm.model import Severity
-from scbm.model.visible_text import ACTING, escaped, in_one_line
-from scbm.reports import counted
+from scbm.model.visible_text import ACTING, counted, escaped, in_one_line
 from scbm.reports.terminal.visible_lines import visible_line
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from scbm.closing.advice import THOROUGH, Checked, CheckLimits, Doubt, check_mod
 from scbm.closing.current_date import today
 from scbm.files import Places, load_bindings, load_located
 from scbm.model import BehaviorModel, Diagnostic, InputError, Severity
-from scbm.reports import counted
+from scbm.model.visible_text import counted
 
 FORMAT_VERSION = 1
 

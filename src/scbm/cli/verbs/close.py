@@ -8,7 +8,6 @@ import typer
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from scbm.cli.campaigns.suite import Suite
 from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
@@ -21,19 +20,15 @@ from scbm.cli.options.verb_options import Jobs, Json, Seed, SuiteFiles
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificates
-from scbm.closing.closing_files import ClosingFiles, refuse_output, write_output
-from scbm.closing.decisions import FailedCase, FoundFault, consequences_of_force, failed_cases, found_faults
+from scbm.closing.closing_files import refuse_output, write_output
+from scbm.closing.closing_result import ClosingResult
 from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.model.visible_text import shell_word
-from scbm.reports import counted
-from scbm.reports.figure_table import shown_path
-from scbm.reports.terminal.closing_report import ClosingSetting, closing_report
-from scbm.testing import Campaign, Tester, find_causes
-from scbm.testing.batches.batch_summary import SummaryBuilder, merge
-from scbm.testing.batches.campaign_work import FollowedBy
+from scbm.model.visible_text import counted
+from scbm.reports.terminal.closing_report import closing_report
+from scbm.testing.suite import Suite
 
 _ALL = "all"
 
@@ -100,26 +95,22 @@ def _carry_out(asked: "_CloseRequest", out: Path | None, write: Sequence[str], *
 
         add_goals(asked.file, [(name, goal, None) for name, goal in goals.new.items()])
         result = asked.close()
+    closing = result.closing
     output = None
     if out is not None:
-        paths = [case.path for case in result.suite.written]
-        output = write_output(result.closing, out, asked.file, paths)
-    failed, found = result.failed(output), result.found(output)
+        output = write_output(closing, out, asked.file, [case.path for case in result.suite.written])
+    result = replace(result, output=output, written=goals.new, already=goals.already)
     if json:
         from scbm.closing.closing_json import closing_json  # noqa: PLC0415 - only what is asked for is loaded
 
-        write_json(closing_json(result.closing, output) | _json(output, failed, found, goals))
+        write_json(closing_json(result))
     else:
-        consequences = consequences_of_force(result.closing, lambda name: result.again(name, output))
-        setting = replace(result.setting(output), found=found, consequences=consequences)
-        setting = replace(setting, written=goals.sentences(goals.new))
-        setting = replace(setting, already=goals.sentences(goals.already))
-        results().lines(closing_report(result.closing, setting))
-    if result.closing.is_interrupted:
+        results().lines(closing_report(result, report_columns()))
+    if closing.is_interrupted:
         return INTERRUPTED
-    is_open = any(decided.decision is Decision.UNDECIDED for decided in result.closing.decided)
-    judged = result.closing.requirements
-    return 1 if failed or is_open or (judged is not None and judged.is_open) else 0
+    is_open = any(decided.decision is Decision.UNDECIDED for decided in closing.decided)
+    judged = closing.requirements
+    return 1 if result.failed or is_open or (judged is not None and judged.is_open) else 0
 
 
 def _only_model(files: Sequence[Path]) -> Path:
@@ -146,11 +137,12 @@ class _CloseRequest(Struct, frozen=True):
     requirements: bool = False
     interruption: Interruption = field(default_factory=Interruption)
 
-    def close(self) -> "_CloseResult":
+    def close(self) -> ClosingResult:
         """Read model and suite again, run the suite, and decide the remaining obligations."""
         model = self.planner.applied(load_model(self.file))
         waivers = read_waivers_of(model, self.waivers)
-        suite = Suite.load(model, self.file, self.paths, self.cases, self.seed, self.planner.text)
+        suite = Suite(model, self.file, self.paths, random=self.cases, seed=self.seed, planner_option=self.planner.text)
+        suite = suite.loaded()
         with activity_display(suite.activity) as show:
             executor = read_executor(self.jobs)
             with self.interruption.stage():
@@ -165,84 +157,13 @@ class _CloseRequest(Struct, frozen=True):
 
                 decisions = RequirementCloser(model, self.limits, show, self.interruption).decide(campaign, closing)
                 closing = replace(closing, requirements=decisions)
-        return _CloseResult(self, suite, campaign, with_waivers(closing, waivers))
-
-    @property
-    def options(self) -> str:
-        """The options that repeat this closing, in addition to those of the suite."""
-        each = " --one-case-each" * self.one_case_each + " --requirements" * self.requirements
-        return f"{each}{limit_text(self.limits)}{self.waivers_option}"
-
-    @property
-    def waivers_option(self) -> str:
-        """The option for the waivers file, with a leading blank; empty without one."""
-        return "" if self.waivers is None else f" --waivers {shell_word(str(self.waivers))}"
-
-
-class _CloseResult(Struct, frozen=True):
-    """The result of closing, with the campaign before it."""
-
-    asked: _CloseRequest
-    suite: Suite
-    campaign: Campaign
-    closing: Closing
-
-    def failed(self, output: ClosingFiles | None) -> tuple[FailedCase, ...]:
-        """Return the cases that failed, each with the command that reproduces it."""
-        return failed_cases(self.campaign, self.closing, lambda name: self.again(name, output))
-
-    def found(self, output: ClosingFiles | None) -> tuple[FoundFault, ...]:
-        """Return the faults that new cases found, each with the command that reproduces it."""
-        return found_faults(self.closing, lambda name: self._new(name, output))
-
-    def again(self, name: str, output: ClosingFiles | None) -> str:
-        """Return the command that reproduces the run of a case."""
-        return self.suite.again(name) or self._new(name, output)
-
-    def _new(self, name: str, output: ClosingFiles | None) -> str:
-        if output is not None:
-            return f"scbm replay {shown_path(str(output.cases[name]))}"
-        closing = f"scbm close {shown_path(str(self.asked.file))}{self._options} --out closed"
-        return f"{closing}; scbm replay {shown_path(f'closed/cases/{name}.yaml')}"
+        closing = with_waivers(closing, waivers)
+        return ClosingResult(closing, suite, campaign, self._options, self.waivers)
 
     @property
     def _options(self) -> str:
-        return f"{self.suite.close_options}{self.asked.options}"
-
-    def setting(self, output: ClosingFiles | None) -> ClosingSetting:
-        """Return what the report shows in addition to the result."""
-        model = self.closing.model
-        failed = self._with_new_cases()
-        findings = find_causes(Tester(model), failed, 0)
-        commands = [self.again(finding.names[0], output) for finding in findings]
-        return ClosingSetting(
-            str(self.asked.file),
-            self.suite.words,
-            self.suite.arguments,
-            self.suite.drawing,
-            self.suite.planner_option,
-            self._options,
-            output,
-            failed,
-            findings,
-            tuple(commands),
-            waivers=self.asked.waivers_option,
-            columns=report_columns(),
-        )
-
-    def _with_new_cases(self) -> Campaign:
-        """Return the campaign of the suite and of the new cases that follow it."""
-        model, suite = self.closing.model, self.campaign
-        made_cases = (*self.closing.cases, *self.closing.counterexamples)
-        results = [replace(made.execution.result, verdict=made.verdict) for made in made_cases]
-        new = Campaign.of(model, results)
-        if not suite.count:
-            return new
-        shifted = SummaryBuilder(len(suite.coverage.obligations.all), suite.summary.written, suite.count + 1)
-        for position, result in enumerate(new.results, start=suite.count + 1):
-            shifted.add(result.outcome(position))
-        source = FollowedBy(suite.source, suite.count, new.source)
-        return Campaign(model, source, merge(suite.summary, shifted.summary()))
+        each = " --one-case-each" * self.one_case_each + " --requirements" * self.requirements
+        return f"{each}{limit_text(self.limits)}"
 
 
 class _SuggestedGoals(Struct, frozen=True):
@@ -266,30 +187,11 @@ class _SuggestedGoals(Struct, frozen=True):
             raise InputError([_unknown(name, list(goals)) for name in unknown])
         return _SuggestedGoals({name: goals[name] for name in goals if _ALL in names or name in names}, already)
 
-    @staticmethod
-    def sentences(goals: dict[str, str]) -> tuple[str, ...]:
-        """Return each goal as `name: predicate`."""
-        return tuple(f"{name}: {goal}" for name, goal in goals.items())
-
 
 def _unknown(name: str, goals: list[str]) -> Diagnostic:
     message = f"no suggested goal has the name `{name}`" if goals else "no goal is suggested"
     remedy = suggestion(name, [*goals, _ALL], "the suggested goals are") if goals else None
     return Diagnostic(Slug.UNKNOWN_GOAL, message, Place("--write", 1, 1, max(1, len(name))), remedy, name)
-
-
-def _json(
-    output: ClosingFiles | None, failed: Sequence[FailedCase], found: Sequence[FoundFault], goals: _SuggestedGoals
-) -> dict[str, Any]:
-    return {
-        "out": None if output is None else str(output.directory),
-        "failed": [{"case": each.name, "failures": list(each.failures), "again": each.again} for each in failed],
-        "found": [
-            {"case": each.name, "end": each.end.value, "message": each.message, "again": each.again} for each in found
-        ],
-        "written": [{"name": name, "goal": goal} for name, goal in goals.new.items()],
-        "already": [{"name": name, "goal": goal} for name, goal in goals.already.items()],
-    }
 
 
 _VERDICTS_VERSION = 1

@@ -6,7 +6,6 @@ from typing import Annotated, Any
 import typer
 
 from scbm.cases.coverage import Obligation, Obligations, instances_of, lifted_names
-from scbm.cli.campaigns.suite import Suite
 from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
 from scbm.cli.options.option_errors import option_error
@@ -21,9 +20,10 @@ from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, nearest, suggestion, write_case
 from scbm.model import BehaviorModel, Slug
-from scbm.reports.figure_table import shown_path
+from scbm.model.visible_text import shown_path
 from scbm.reports.terminal.explanation_report import case_lines, explanation_lines
 from scbm.testing import Execution, Tester
+from scbm.testing.suite import Suite
 
 FORMAT_VERSION = 2
 
@@ -44,7 +44,7 @@ def command(
     loaded = planner.applied(load_model(model))
     asked = _read_obligation(obligation, loaded)
     review = read_waivers_of(loaded, waivers)
-    given = Suite.load(loaded, model, tuple(suite or ()), planner_option=planner.text)
+    given = Suite(loaded, model, tuple(suite or ()), planner_option=planner.text).loaded()
     interruption = Interruption()
     with interruption.handled():
         with activity_display(given.activity) as show:

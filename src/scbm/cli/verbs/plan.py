@@ -21,6 +21,7 @@ from scbm.closing.advice.unreachable_goals import why_unreachable
 from scbm.files import load_model
 from scbm.model import And, BehaviorModel, Diagnostic, InputError, Place, Predicate, RunPlans, Slug, State, format_value
 from scbm.model.operations import apply
+from scbm.model.visible_text import counted
 from scbm.planning import (
     DEFAULT_PLANNER,
     PLANNERS,
@@ -34,7 +35,6 @@ from scbm.planning import (
     model_with_plans,
     planner_of,
 )
-from scbm.reports import counted
 from scbm.running.search_guard import plan_guarded
 
 FORMAT_VERSION = 2

@@ -17,7 +17,7 @@ from typer.models import OptionInfo
 
 from scbm.cases.case import BETWEEN_GOALS, CaseGoalNames
 from scbm.cases.coverage import Cover, smallest_cover
-from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_thresholds
+from scbm.cli.options.campaign_options import meets_thresholds, read_thresholds
 from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error
@@ -27,7 +27,7 @@ from scbm.cli.options.verb_options import FailUnder, Json, Missing
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.files import FileWriter, without_detours
 from scbm.model import Diagnostic, InputError
-from scbm.reports import counted
+from scbm.model.visible_text import counted
 from scbm.reports.ci.history_json import history_json, smallest_json
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.formats import FORMATS, ReportFormat
@@ -188,22 +188,9 @@ def command(
     else:
         columns = report_columns()
         parts: list[Iterable[Text]] = []
-        parts += (
-            [
-                missing_lines(
-                    history.model,
-                    history.coverage,
-                    history.source.path,
-                    columns,
-                    history.decided,
-                    history.lifted,
-                    history.forced,
-                    CampaignKind.of_store(history),
-                )
-            ]
-            if missing
-            else []
-        )
+        if missing:
+            kind = CampaignKind.of_store(history)
+            parts.append(missing_lines(history, history.source.path, kind, columns))
         parts += [contexts_report(history)] if contexts else []
         parts += [smallest_report(history, cover)] if cover is not None else []
         results().lines(_apart(parts or [stored_report(history, str(store), columns)]))
@@ -213,10 +200,7 @@ def command(
     written = write_formats(wanted, history, writer)
     if written:
         errors().line(f"Written: {', '.join(written)}")
-    coverable = None if history.decided is None else history.decided.coverable
-    evidence_of_mutants = history.evidence if asks_for_asserted(wanted_figures) else None
-    is_met = meets_thresholds(history.coverage, wanted_figures, coverable, evidence_of_mutants, history.lifted)
-    return 0 if is_met and is_saved else 1
+    return 0 if meets_thresholds(history, wanted_figures) and is_saved else 1
 
 
 def _report_missing_model(history: History) -> None:

@@ -8,13 +8,12 @@ from msgspec.structs import replace
 from scbm.cli.campaigns.suite_recording import record_suite, refuse_without_files
 from scbm.cli.campaigns.test_campaign import (
     CampaignOptions,
-    CampaignOutput,
     refuse_outputs,
     refuse_selection,
     select_cases,
     simulate,
 )
-from scbm.cli.options.campaign_options import read_executor, read_thresholds, refuse_asserted
+from scbm.cli.options.campaign_options import CampaignOutput, read_executor, read_thresholds, refuse_asserted
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Domain,
@@ -58,7 +57,7 @@ from scbm.cli.options.verb_options import (
     Store,
 )
 from scbm.model.lazy_exports import load_named
-from scbm.reports.figure_table import shown_path
+from scbm.model.visible_text import shown_path
 from scbm.testing.transports import RUN_OVER_NODES
 from scbm.testing.written_cases import RecordingMode
 
@@ -142,8 +141,7 @@ def command(
     refuse_without_files(recording, suite, {"--time-limit": time_limit})
     suite = select_cases(suite, select, failures if last_failed else None)
     evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
-    suite = replace(suite, evidence=evidence)
-    output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry)
+    output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry, evidence)
     refuse_outputs(suite, output, logs)
     if transport is None:
         refuse_without_transport(

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.cases.coverage import MutantStatus
+from scbm.model.visible_text import counted
 from scbm.mutation.report.mutation_summary import BENIGN, change_in_words
-from scbm.reports.figure_table import DEFAULT_COLUMNS, bar_of, counted, wrapped
+from scbm.reports.figure_table import DEFAULT_COLUMNS, bar_of, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -23,9 +23,9 @@ from scbm.testing.transports import LOOPBACK, TRANSPORTS
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from scbm.cli.campaigns.suite import Suite
     from scbm.model import BehaviorModel
     from scbm.nodes.buses.bus import Join
+    from scbm.testing.suite import Suite
 
 
 def open_rclpy(domain: int, warn: Callable[[str], None]) -> Bus:

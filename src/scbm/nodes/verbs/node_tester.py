@@ -3,10 +3,8 @@
 from pathlib import Path
 from typing import Annotated
 
-from msgspec.structs import replace
-
-from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, refuse_outputs
-from scbm.cli.options.campaign_options import read_thresholds, refuse_asserted
+from scbm.cli.campaigns.test_campaign import CampaignOptions, refuse_outputs
+from scbm.cli.options.campaign_options import CampaignOutput, read_thresholds, refuse_asserted
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Domain,
@@ -24,8 +22,8 @@ from scbm.cli.options.node_options import (
 )
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.cli.options.verb_options import Cases, FailUnder, Files, Json, Missing, Model, Network, Require, Seed, Store
+from scbm.model.visible_text import shown_path
 from scbm.nodes.verbs.over_nodes import run_over_nodes
-from scbm.reports.figure_table import shown_path
 from scbm.testing.transports import DEFAULT_TRANSPORT
 
 
@@ -66,7 +64,6 @@ def command(
     figures = read_thresholds(fail_under or [])
     refuse_asserted(figures, store, is_over_nodes=True)
     evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
-    suite = replace(suite, evidence=evidence)
     output = CampaignOutput(
         figures,
         missing,
@@ -76,6 +73,7 @@ def command(
         failures=failures,
         shrink=False,
         stop=False,
+        evidence=evidence,
     )
     refuse_outputs(suite, output, logs)
     asked = NodeOptions(

@@ -21,13 +21,11 @@ from scbm.cli.options.node_options import ALONE, Via, transport_option
 from scbm.cli.output.terminal import errors
 from scbm.files import FileWriter, digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.model.visible_text import in_one_line, shell_word
+from scbm.model.visible_text import counted, in_one_line, shell_word, shown_path
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
 from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.nodes.limited_warnings import LimitedWarnings
 from scbm.nodes.verbs.node_setup import bus_error, refuse_beyond_reach, warn
-from scbm.reports import counted
-from scbm.reports.figure_table import shown_path
 from scbm.testing import Answers, Tester, find_causes
 from scbm.testing.event_logs.event_log import write_event_log
 from scbm.testing.random_streams import draw_plans
@@ -39,8 +37,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.cli.campaigns.campaign_loop import Finished
-    from scbm.cli.campaigns.suite import Suite
-    from scbm.cli.campaigns.test_campaign import CampaignOutput
+    from scbm.cli.options.campaign_options import CampaignOutput
     from scbm.cli.options.node_options import NodeOptions
     from scbm.nodes import Reason
     from scbm.nodes.buses.bus import Join
@@ -48,6 +45,7 @@ if TYPE_CHECKING:
     from scbm.testing import Execution
     from scbm.testing.event_logs.event_log import EventLog
     from scbm.testing.real_drivers import ExcludedVariable
+    from scbm.testing.suite import Suite
 
 
 def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, command: str) -> int:
@@ -68,14 +66,15 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
         def run(begin: Callable[[str], None]) -> Generator[Finished, None, None]:
             return finished_executions(suite, nodes.executions(suite.work.cases(), begin))
 
-        done = carry_out(suite, output.store, run, asked.words, stop=output.stop)
+        done = carry_out(suite, output, run, asked.words)
     is_kept = nodes.logs.is_whole and remember_failed(suite, done.campaign, output.failures)
     findings = find_causes(tester, done.campaign, 0)  # what fails over nodes need not fail in simulation
     logs = (nodes.logs.files.get(finding.names[0]) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
-    result = result_of(done, suite, findings, commands)
-    result = replace(result, answers=nodes.answers, excluded=tuple(nodes.excluded.values()))
-    code = report_campaign(done, result, output, suite, asked.words)
+    result = result_of(done, suite, output, findings, commands)
+    excluded = tuple(nodes.excluded.values())
+    result = replace(result, answers=nodes.answers, excluded=excluded, where=asked.words)
+    code = report_campaign(done, result, output)
     if nodes.logs.words is not None and not output.json:
         errors().prose(f"scbm: {nodes.logs.words}")
     for complaint in nodes.complaints:

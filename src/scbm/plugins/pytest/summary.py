@@ -14,14 +14,15 @@ from rich.text import Text
 
 from scbm.files import read_file
 from scbm.model import InputError
-from scbm.model.visible_text import in_one_line
+from scbm.model.visible_text import counted, in_one_line
 from scbm.plugins.pytest.session_models import ModelResults
 from scbm.plugins.pytest.session_statuses import shortfalls, statuses_of, thresholds_of, words_of
-from scbm.reports import Setting, counted, coverage_report
+from scbm.reports import coverage_report
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
 from scbm.reports.terminal.visible_lines import visible_line
 from scbm.store import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
 from scbm.testing import CampaignResult
+from scbm.testing.suite import Suite
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -103,7 +104,8 @@ def _full(part: SessionPart, statuses: Statuses | None, *, is_first: bool) -> It
     if not is_first:
         yield Text()
     groups = tuple(counted(count, group.value, _PLURALS[group]) for group, count in part.groups.items())
-    yield from coverage_report(CampaignResult(part.campaign, proved=statuses), Setting(part.file, groups=groups))
+    suite = Suite(part.campaign.model, Path(part.file))
+    yield from coverage_report(CampaignResult(part.campaign, suite, decided=statuses, groups=groups))
 
 
 def _short(part: SessionPart, statuses: Statuses | None) -> Iterator[Text]:

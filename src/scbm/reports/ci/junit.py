@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
+from scbm.model.visible_text import counted
 from scbm.reports.ci.xml_text import portable, xml_text
-from scbm.reports.figure_table import counted, short_of_goal_in_words
+from scbm.reports.figure_table import short_of_goal_in_words
 from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, again_words, place_of
 from scbm.store import Drawn

@@ -15,9 +15,9 @@ from scbm.cases.coverage import (
     forced_count_in_words,
     status_counts_in_words,
 )
-from scbm.model.visible_text import escaped
+from scbm.model.visible_text import counted, escaped
 from scbm.reports.cover_advice import CampaignKind
-from scbm.reports.figure_table import counted, short_of_goal_in_words
+from scbm.reports.figure_table import short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations
@@ -61,7 +61,7 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
     file = history.source.path
     if missed is None:
         kind = CampaignKind.of_store(history)
-        missed = missed_reasons(history.model, history.coverage, file, history.statuses, kind)
+        missed = missed_reasons(history, file, kind)
     undecided = [each for each in missed if each.status is Decision.UNDECIDED]
     others = [each for each in missed if each.status is not Decision.UNDECIDED]
     blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history), _figures(history)]

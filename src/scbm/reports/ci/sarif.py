@@ -11,9 +11,8 @@ from scbm import __version__
 from scbm.cases.coverage import Decision
 from scbm.files import read_located
 from scbm.model import Place
-from scbm.model.visible_text import escaped_data
+from scbm.model.visible_text import counted, escaped_data
 from scbm.reports.ci.xml_text import is_absolute, portable
-from scbm.reports.figure_table import counted
 from scbm.reports.stored_cases import again, again_words, asked_for, causes_of, place_of
 from scbm.store import Written
 from scbm.testing import FailureKind

@@ -15,7 +15,8 @@ from msgspec import Struct
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, growth
 from scbm.model import format_duration
 from scbm.model.variables import CURRENT_STATE, operation_state_name
-from scbm.reports.figure_table import STATUS_MARKS, counted
+from scbm.model.visible_text import counted
+from scbm.reports.figure_table import STATUS_MARKS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,8 +12,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from scbm.cases.coverage import only_by
-from scbm.model.visible_text import escaped, escaped_data
-from scbm.reports.figure_table import STATUS_MARKS, counted
+from scbm.model.visible_text import counted, escaped, escaped_data
+from scbm.reports.figure_table import STATUS_MARKS
 from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.html.views import ReportView, Visitors, breakable, fragment, prose

@@ -237,7 +237,7 @@ class ReportView:
         """The missing obligations with reasons; those that the figure does not count are last."""
         history = self.history
         kind = CampaignKind.of_store(history)
-        return missed_reasons(history.model, history.coverage, history.source.path, history.statuses, kind)
+        return missed_reasons(history, history.source.path, kind)
 
     @property
     def undecided(self) -> tuple[Missed, ...]:

@@ -6,7 +6,6 @@ from math import floor
 from textwrap import wrap
 from typing import TYPE_CHECKING, NamedTuple, assert_never
 
-from msgspec import Struct
 from msgspec.structs import replace
 from rich.text import Text
 
@@ -26,7 +25,8 @@ from scbm.closing.advice.suggestions import grouped
 from scbm.closing.decisions import RequirementStatus
 from scbm.closing.summaries import aspects_in_words, in_few_words, reason_about_it
 from scbm.model import format_moment
-from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, shown_path, wrapped
+from scbm.model.visible_text import counted, shown_path
+from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
 from scbm.reports.status_lines import lifted_lines, waiver_warnings
 from scbm.reports.terminal.failure_report import finding_lines
 
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Figure
     from scbm.closing import Closing, ClosingCase, Decided
     from scbm.closing.closing_files import ClosingFiles
-    from scbm.closing.decisions import Consequence, DecidedRequirement, FoundFault, StageEnd
-    from scbm.testing import Campaign, Finding
+    from scbm.closing.closing_result import ClosingResult
+    from scbm.closing.decisions import DecidedRequirement, StageEnd
 
 _BAR_WIDTH = 50
 _MIN_BAR_WIDTH = 10
@@ -61,70 +61,32 @@ FIGURE_SEGMENTS = (_BEFORE, _NEW, _NEVER, _EXCLUDED, _WAIVED, _OPEN)
 """The segments of the bar, in their order."""
 
 
-class ClosingSetting(Struct, frozen=True):
-    """The settings of the report: commands and files that it shows beside the result.
-
-    Attributes:
-        file: the model file, for the commands that are suggested.
-        suite: a description of the cases that ran before closing; empty if there were none.
-        files: the case files of that suite as arguments, each with a leading blank.
-        drawing: the options for its random cases, each with a leading blank.
-        planner: the options for the planner, each with a leading blank.
-        closing: the options of `scbm close`, each with a leading blank.
-        output: the written cases and certificates; `None` if nothing was written.
-        failed: the campaign with the failed cases; `None` if all passed.
-        findings: the causes of the failures.
-        commands: for each finding the command that runs its first case again.
-        found: new cases whose runs end in a livelock, a model error or at the time limit.
-        consequences: what is wrong in forced states of new cases.
-        written: the goals that were written into the model before it was closed.
-        already: the goals that were to be written, but are in the model already.
-        waivers: the option for the waivers file, with a leading blank.
-        columns: the width of the report.
-    """
-
-    file: str
-    suite: str = ""
-    files: str = ""
-    drawing: str = ""
-    planner: str = ""
-    closing: str = ""
-    output: ClosingFiles | None = None
-    failed: Campaign | None = None
-    findings: tuple[Finding, ...] = ()
-    commands: tuple[str, ...] = ()
-    found: tuple[FoundFault, ...] = ()
-    consequences: tuple[Consequence, ...] = ()
-    written: tuple[str, ...] = ()
-    already: tuple[str, ...] = ()
-    waivers: str = ""
-    columns: int = DEFAULT_COLUMNS
-
-
-def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+def closing_report(result: ClosingResult, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
     """Yield the lines of the report."""
+    closing, failed = result.closing, result.with_new_cases
     yield Text("Closing report: ", style="bold").append(closing.model.name)
     yield Text()
-    yield from _figures(closing, setting)
-    yield from _failed(setting)
-    yield from _cases(closing, setting.columns)
-    yield from _found(setting)
-    yield from _consequences(closing, setting)
-    yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE, setting.columns)
-    yield from _assumed(closing, setting.columns)
-    yield from _decisions("Excluded by the planner", closing, Decision.EXCLUDED, setting.columns)
-    yield from _decisions("Waived", closing, Decision.WAIVED, setting.columns)
-    yield from _decisions("Undecided", closing, Decision.UNDECIDED, setting.columns)
-    yield from _requirements(closing, setting.columns)
+    yield from _figures(result, columns)
+    yield from finding_lines(failed.campaign, failed.findings, failed.commands)
+    yield from _cases(closing, columns)
+    yield from _found(result)
+    yield from _consequences(result, columns)
+    yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE, columns)
+    yield from _assumed(closing, columns)
+    yield from _decisions("Excluded by the planner", closing, Decision.EXCLUDED, columns)
+    yield from _decisions("Waived", closing, Decision.WAIVED, columns)
+    yield from _decisions("Undecided", closing, Decision.UNDECIDED, columns)
+    yield from _requirements(closing, columns)
     yield from ended_lines(closing.ended)
-    yield from _suggestions(closing, setting)
-    yield from _commands(closing, setting)
+    yield from _suggestions(result, columns)
+    yield from _commands(result)
 
 
 # the figures
 
 
-def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+def _figures(result: ClosingResult, columns: int) -> Iterator[Text]:
+    closing = result.closing
     before, after = closing.before.figure, closing.after.figure
     line = Text("  SCBM-IAS: ")
     if before.visited != after.visited:
@@ -142,20 +104,20 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     }
     legend = "   ".join(f"{part.mark} {part.name}" for part, count in parts.items() if count)
     indentation = " " * line.cell_len
-    line.append_text(_bar(parts, max(_MIN_BAR_WIDTH, min(_BAR_WIDTH, setting.columns - line.cell_len))))
+    line.append_text(_bar(parts, max(_MIN_BAR_WIDTH, min(_BAR_WIDTH, columns - line.cell_len))))
     line.rstrip()
     yield line
     if legend:
         yield Text(f"{indentation}{legend}", style="dim")
-    yield from lifted_lines(LiftedStatuses.of(closing.model, _statuses(closing)), setting.columns)
+    yield from lifted_lines(LiftedStatuses.of(closing.model, _statuses(closing)), columns)
     yield from _decision_counts(closing, counts)
     for sentence in waiver_warnings(closing.visited_waivers, closing.expired_waivers):
-        yield from (Text(part, style="yellow") for part in wrapped(sentence, setting.columns, "  ", 6))
-    yield Text(f"  Before:   {setting.suite or 'no cases'}")
-    for goal in setting.written:
-        yield Text(f"  Written:  goal {goal}, into {setting.file}", style="green")
-    for goal in setting.already:
-        yield Text(f"  Written:  goal {goal} is in {setting.file} already")
+        yield from (Text(part, style="yellow") for part in wrapped(sentence, columns, "  ", 6))
+    yield Text(f"  Before:   {result.suite.words or 'no cases'}")
+    for name, goal in result.written.items():
+        yield Text(f"  Written:  goal {name}: {goal}, into {result.suite.file}", style="green")
+    for name, goal in result.already.items():
+        yield Text(f"  Written:  goal {name}: {goal} is in {result.suite.file} already")
 
 
 def _statuses(closing: Closing) -> Statuses:
@@ -194,14 +156,6 @@ def _decision_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[
     more = "".join(f", {count} {status.words}" for count, status in never if count)
     if queued.of:
         yield Text(f"  Queued:   {queued.visited} of {queued.of} in a plan{more}").append("  (not in SCBM-IAS)", "dim")
-
-
-# what failed
-
-
-def _failed(setting: ClosingSetting) -> Iterator[Text]:
-    if setting.failed is not None:
-        yield from finding_lines(setting.failed, setting.findings, setting.commands)
 
 
 # the new cases
@@ -244,23 +198,25 @@ def _cells(cells: Sequence[str], widths: Sequence[int], style: str = "") -> Text
     return Text(f"  {'  '.join(parts)}  {time:>{time_width}}  {number:>{number_width}}", style=style)
 
 
-def _consequences(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+def _consequences(result: ClosingResult, columns: int) -> Iterator[Text]:
     """Yield what is wrong in forced states: it does not fail the command."""
-    if not setting.consequences:
+    consequences, name = result.consequences, result.closing.model.name
+    if not consequences:
         return
     yield from _head("Consequences of forced states", "yellow")
-    for each in setting.consequences:
-        yield from _wrapped(f"{each.name}: {each.message}", 2, setting.columns, "yellow")
-        yield from _wrapped(f"its state is {each.forcing}, so {closing.model.name} is not at fault", 6, setting.columns)
+    for each in consequences:
+        yield from _wrapped(f"{each.name}: {each.message}", 2, columns, "yellow")
+        yield from _wrapped(f"its state is {each.forcing}, so {name} is not at fault", 6, columns)
         yield command_text("    again: ", each.again)
 
 
-def _found(setting: ClosingSetting) -> Iterator[Text]:
-    if not setting.found:
+def _found(result: ClosingResult) -> Iterator[Text]:
+    found = result.found
+    if not found:
         return
     yield from _head("Failures found by the search", "bold red")
-    for fault in setting.found:
-        yield Text(f"  {fault.name} {fault.message}", style="red")
+    for fault in found:
+        yield Text(f"  {fault.case} {fault.message}", style="red")
         yield command_text("    again: ", fault.again)
 
 
@@ -396,7 +352,8 @@ def _status_words(decided: DecidedRequirement) -> str:
 # suggestions
 
 
-def _suggestions(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+def _suggestions(result: ClosingResult, columns: int) -> Iterator[Text]:
+    closing = result.closing
     suggestions, folds = closing.suggestions, InstanceFolds.of(closing.model)
     if not suggestions:
         return
@@ -404,34 +361,30 @@ def _suggestions(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     lifted = (replace(each, text=folds.in_entries(each.text)) if each.name is None else each for each in suggestions)
     for suggestion in grouped(lifted):
         for words in in_few_words(suggestion.obligations, folds):
-            yield from _wrapped(words, 2, setting.columns, "")
+            yield from _wrapped(words, 2, columns, "")
         for clause in suggestion.text.split("; "):
-            yield from _wrapped(clause, 6, setting.columns)
+            yield from _wrapped(clause, 6, columns)
         if suggestion.name is not None:
-            yield command_text("      ", f"{_close(setting)} --write {suggestion.name}")
+            yield command_text("      ", f"{result.close_command} --write {suggestion.name}")
     if sum(suggestion.name is not None for suggestion in suggestions) > 1:
         yield Text("  all of these goals")
-        yield command_text("      ", f"{_close(setting)} --write all")
-
-
-def _close(setting: ClosingSetting) -> str:
-    return f"scbm close {shown_path(setting.file)}{setting.closing}"
+        yield command_text("      ", f"{result.close_command} --write all")
 
 
 # commands
 
 
-def _commands(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
-    output = setting.output
+def _commands(result: ClosingResult) -> Iterator[Text]:
+    closing, output = result.closing, result.output
     cases = (*closing.cases, *closing.counterexamples)
     if output is None and (cases or closing.certificates):
         yield from _head("Save the result")
         made = [counted(len(cases), "case")] if cases else []
         made += [counted(len(closing.certificates), "certificate")] if closing.certificates else []
-        yield command_text("  ", f"{_close(setting)} --out closed", f"writes {' and '.join(made)}")
+        yield command_text("  ", f"{result.close_command} --out closed", f"writes {' and '.join(made)}")
     elif output is not None:
         yield from _head(f"Written: {_written(output)}")
-        yield from _checks(closing, setting, output)
+        yield from _checks(result, output)
 
 
 def _written(output: ClosingFiles) -> str:
@@ -441,18 +394,17 @@ def _written(output: ClosingFiles) -> str:
     return f"{made} below {output.directory}{removed}"
 
 
-def _checks(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> Iterator[Text]:
+def _checks(result: ClosingResult, output: ClosingFiles) -> Iterator[Text]:
     """Yield the commands that run the written cases and check the written certificates."""
     new = f" {shown_path(str(output.directory))}" if output.cases else ""
-    suite = f"{setting.files}{new}{setting.drawing}"
-    if suite:
-        test = (
-            f"scbm test {shown_path(setting.file)}{suite}{setting.planner}{_status_options(closing, setting, output)}"
+    suite = result.suite
+    test, cases = f"scbm test {shown_path(str(suite.file))}", f"{suite.arguments}{new}{suite.drawing}"
+    if cases:
+        yield command_text(
+            "  ", f"{test}{cases}{suite.planner_option}{_status_options(result, output)}", "runs all cases"
         )
-        yield command_text("  ", test, "runs all cases")
-    if setting.drawing:
-        into = shown_path(str(output.directory / "cases"))
-        save = f"scbm test {shown_path(setting.file)}{setting.drawing} --save {into}"
+    if suite.drawing:
+        save = f"{test}{suite.drawing} --save {shown_path(str(output.directory / 'cases'))}"
         yield command_text("  ", save, f"adds the random cases before to {output.directory}")
     if output.certificates:
         files = list(output.certificates.values())
@@ -460,13 +412,13 @@ def _checks(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> 
         yield command_text("  ", f"scbm close --check {shown_path(str(path))}", "checks the proofs")
 
 
-def _status_options(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> str:
+def _status_options(result: ClosingResult, output: ClosingFiles) -> str:
     """Return the options for proofs, waivers and the figure that was reached, each with a leading blank."""
-    figure, coverable = closing.after.figure, closing.coverable
+    figure, coverable = result.closing.after.figure, result.closing.coverable
     certificates = f" --certificates {shown_path(str(output.directory))}" if output.certificates else ""
     if coverable.of and (certificates or coverable.of < figure.of):
-        return f"{certificates}{setting.waivers} --fail-under coverable={_reached(coverable)}"
-    return f"{setting.waivers} --fail-under {_reached(figure)}" if figure.of else ""
+        return f"{certificates}{result.waived} --fail-under coverable={_reached(coverable)}"
+    return f"{result.waived} --fail-under {_reached(figure)}" if figure.of else ""
 
 
 def _reached(figure: Figure) -> str:

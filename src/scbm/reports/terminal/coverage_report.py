@@ -8,12 +8,12 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from msgspec import Struct, field
 from msgspec.structs import replace
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, Decision, InstanceFolds, LiftedStatuses, Obligation, Statuses
+from scbm.cases.coverage import Aspect, Decision, InstanceFolds, Obligation
 from scbm.closing.summaries import aspects_in_words
+from scbm.model.visible_text import counted, shown_path
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans, in_few
 from scbm.reports.figure_table import (
@@ -21,63 +21,47 @@ from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
     STATUS_MARKS,
     command_text,
-    counted,
     figures,
-    headline,
     missed_table,
     requirements_off_lines,
     short_of_goal_in_words,
-    shown_path,
     verdict_lines,
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
+from scbm.reports.status_lines import figure_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 from scbm.running.simulation.excluded_values import EXCLUDED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases.coverage import Coverage
-    from scbm.model import BehaviorModel
     from scbm.reports.cover_advice import CoverAdvice
     from scbm.reports.missed_reasons import Missed
+    from scbm.store import History
     from scbm.testing import Answers, Campaign, CampaignResult
 
 
-def missing_lines(  # noqa: PLR0913, PLR0917 - what a store or a campaign has
-    model: BehaviorModel,
-    coverage: Coverage,
-    file: str,
-    columns: int = DEFAULT_COLUMNS,
-    statuses: Statuses | None = None,
-    lifted: LiftedStatuses | None = None,
-    forced: int = 0,
-    kind: CampaignKind | None = None,
+def missing_lines(
+    result: CampaignResult | History, file: str, kind: CampaignKind, columns: int = DEFAULT_COLUMNS
 ) -> Iterator[Text]:
     """Yield the missed obligations with their reasons, and the commands that cover them.
 
     Args:
-        model: the model.
-        coverage: the visits of the cases.
+        result: what the cases of a campaign or of a store showed.
         file: the model file, for the commands.
-        columns: the width of the report.
-        statuses: the statuses of the obligations; `None` if visits alone decide them.
-        lifted: the statuses of lifted obligations; by default those of this coverage alone.
-        forced: the obligations that only forced states visit, as bits.
         kind: the kind of the cases.
+        columns: the width of the report.
     """
-    decided = statuses or Statuses.of(coverage, forced=forced)
-    missed = missed_reasons(model, coverage, file, decided, kind)
-    figure = coverage.figure
-    yield Text("Missing in ").append(model.name, style="bold").append(f": {_count(missed)} of {figure.of}")
+    model = result.model
+    missed = missed_reasons(result, file, kind)
+    yield (
+        Text("Missing in ")
+        .append(model.name, style="bold")
+        .append(f": {_count(missed)} of {result.coverage.figure.of}")
+    )
     yield Text()
-    yield headline(figure, columns)
-    yield from lifted_lines(lifted or LiftedStatuses.of(model, decided), columns)
-    if statuses is not None:
-        yield from status_lines(statuses, columns)
-    yield from forced_lines(decided)
+    yield from figure_lines(result, columns)
     if not missed:
         return
     folds = InstanceFolds.of(model)
@@ -150,79 +134,44 @@ _REAL = "Real resources"
 _ADVICE_INDENT = 17
 
 
-class Setting(Struct, frozen=True):
-    """The settings of a report: the commands that it suggests, and how it is shown.
-
-    Attributes:
-        file: the model file, for the suggested commands.
-        options: further options for random cases, each with a leading blank.
-        suite: the files and folders of written cases as arguments of a command, each with a leading blank.
-        groups: the number of cases of each kind in words; if empty, written and random cases are counted.
-        kind: what kind of cases ran.
-        where: a description of the nodes that ran the cases; empty for simulation.
-        columns: the width of the report.
-        mutate: the command that finds what the cases assert.
-        first_random: the command that shows the first random case again.
-    """
-
-    file: str
-    options: str = ""
-    suite: str = ""
-    groups: tuple[str, ...] = ()
-    kind: CampaignKind = field(default_factory=CampaignKind)
-    where: str = ""
-    columns: int = DEFAULT_COLUMNS
-    mutate: str = ""
-    first_random: str = ""
-
-    def kind_of(self, result: CampaignResult) -> CampaignKind:
-        """Return the kind of the cases of a campaign; their runs can be had again unless they ran over nodes."""
-        real = tuple(answers.resource for answers in result.answers)
-        kind = replace(self.kind, real=real)
-        return kind if self.where else kind.of_campaign(result.campaign)
-
-
-def coverage_report(result: CampaignResult, setting: Setting) -> Iterator[Text]:
+def coverage_report(result: CampaignResult, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
     """Yield the report of a campaign."""
-    campaign, coverage, statuses = result.campaign, result.campaign.coverage, result.statuses
-    yield from _unreached(result, setting)
+    campaign, coverage = result.campaign, result.coverage
+    yield from _unreached(result, columns)
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
-    yield headline(coverage.figure, setting.columns)
-    yield from lifted_lines(result.lifted, setting.columns)
-    if result.proved is not None:
-        yield from status_lines(result.proved, setting.columns)
-    yield from forced_lines(statuses)
+    yield from figure_lines(result, columns)
     if result.evidence is not None:
-        yield from asserted_line(result.evidence, setting.columns)
-    duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
-    yield Text(f"  Testing duration: {duration}, {_cases(result, setting)}")
+        yield from asserted_line(result.evidence, columns)
+    duration = f"{campaign.simulated_ns / 1e9:.2f} s {result.where or 'simulated'}"
+    yield Text(f"  Testing duration: {duration}, {_cases(result)}")
     yield from verdict_lines(campaign.count, campaign.failed_count)
     yield from _short_of_goal(campaign)
-    yield from requirements_off_lines(campaign.model, setting.columns)
+    yield from requirements_off_lines(campaign.model, columns)
     yield from _early(result)
-    yield from _forecast(result, setting)
+    yield from _forecast(result)
     yield Text()
-    yield from figures(coverage, setting.columns)
-    yield from _driver_lines(result, setting.columns)
+    yield from figures(coverage, columns)
+    yield from _driver_lines(result, columns)
     yield from finding_lines(campaign, result.findings, result.commands)
     yield from unused_lines(campaign)
-    yield from missed_table(campaign.model, coverage, setting.columns, statuses)
+    yield from missed_table(campaign.model, coverage, columns, result.statuses)
     if result.evidence is not None:
-        yield from unasserted_lines(result.evidence, setting.columns, setting.mutate)
-    yield from _reasons(result, setting)
+        yield from unasserted_lines(result.evidence, columns, result.mutate_command)
+    yield from _reasons(result, columns)
 
 
-def _unreached(result: CampaignResult, setting: Setting) -> Iterator[Text]:
+def _unreached(result: CampaignResult, columns: int) -> Iterator[Text]:
     """Yield that no random case reached its goal, whatever excuses them, and the command that shows the first one."""
-    count = result.random
+    count = result.campaign.drawn
     if not count or result.random_reached:
         return
     cases = f"None of {count} random cases reached its" if count > 1 else "The random case did not reach its"
     words = f"{cases} goal: nothing behind that point is tested"
-    yield from (Text(line, style="bold red") for line in wrapped(words, setting.columns, "", 2))
-    if setting.first_random:
-        yield command_text("  see why: ", setting.first_random)
+    yield from (Text(line, style="bold red") for line in wrapped(words, columns, "", 2))
+    if not result.where:
+        first = next(result.suite.drawn_names)
+        yield command_text("  see why: ", result.suite.again(first) or "")
     yield Text()
 
 
@@ -233,30 +182,21 @@ def _short_of_goal(campaign: Campaign) -> Iterator[Text]:
         yield Text(f"  Passed short of the goal: {words}")
 
 
-def missing_report(result: CampaignResult, setting: Setting) -> Iterator[Text]:
+def missing_report(result: CampaignResult, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
     """Yield the failures, the missed obligations and their reasons."""
-    campaign, columns = result.campaign, setting.columns
-    yield from _unreached(result, setting)
-    yield from missing_lines(
-        campaign.model,
-        campaign.coverage,
-        setting.file,
-        columns,
-        result.proved,
-        forced=campaign.forced,
-        kind=setting.kind_of(result),
-    )
+    yield from _unreached(result, columns)
+    yield from missing_lines(result, str(result.suite.file), CampaignKind.of_campaign(result), columns)
     yield from _early(result)
     yield from _driver_lines(result, columns)
-    yield from finding_lines(campaign, result.findings, result.commands)
+    yield from finding_lines(result.campaign, result.findings, result.commands)
 
 
-def _forecast(result: CampaignResult, setting: Setting) -> Iterator[Text]:
+def _forecast(result: CampaignResult) -> Iterator[Text]:
     """Yield what more random cases would visit, where that can be estimated and is not everything already."""
     campaign = result.campaign
     if result.dry is not None:
         yield Text(f"  {_dry_words(result)}")
-    found = None if setting.where or setting.groups else campaign.forecast
+    found = None if result.where or result.groups else campaign.forecast
     figure = campaign.coverage.figure
     if found is not None and not figure.is_complete:
         more = found.visited - figure.visited
@@ -266,7 +206,7 @@ def _forecast(result: CampaignResult, setting: Setting) -> Iterator[Text]:
 def _dry_words(result: CampaignResult) -> str:
     """Return whether the last random cases visited something new."""
     summary = result.campaign.summary
-    drawn = counted(summary.last - summary.written, "random case")
+    drawn = counted(result.campaign.drawn, "random case")
     if result.is_dry:
         return f"Dry: the last {result.dry} of {drawn} visited nothing new"
     return f"Not dry: {drawn} ran, and {summary.last - max(summary.last_new, summary.written)} after the last new visit"
@@ -301,24 +241,25 @@ def _answer_lines(answers: Sequence[Answers]) -> Iterator[Text]:
         yield Text(f"{'  ' + of_one.resource:<{width}}{counts}", style="bold red" if of_one.is_silent else "")
 
 
-def _cases(result: CampaignResult, setting: Setting) -> str:
+def _cases(result: CampaignResult) -> str:
     parts = ", ".join(f"{count} {end}" for end, count in result.campaign.summary.ends)
-    *others, last = setting.groups or _groups(result)
+    *others, last = result.groups or _groups(result)
     groups = f"{', '.join(others)} and {last}" if others else last
     return f"{groups}{': ' + parts if parts else ''}"
 
 
 def _groups(result: CampaignResult) -> Iterator[str]:
-    written = result.campaign.count - result.random
+    drawn = result.campaign.drawn
+    written = result.campaign.count - drawn
     if written:
         yield counted(written, "written case")
-    if result.random or not written:
-        yield f"{counted(result.random, 'random case')} of seed {result.seed}"
+    if drawn or not written:
+        yield f"{counted(drawn, 'random case')} of seed {result.suite.seed}"
 
 
-def _reasons(result: CampaignResult, setting: Setting) -> Iterator[Text]:
+def _reasons(result: CampaignResult, columns: int) -> Iterator[Text]:
     """Yield why each kind of obligation is missed and what would cover it, and the commands that run more cases."""
-    parts = _advice(result, setting)
+    parts, suite = _advice(result), result.suite
     if not parts:
         return
     yield Text()
@@ -326,27 +267,27 @@ def _reasons(result: CampaignResult, setting: Setting) -> Iterator[Text]:
     folds = InstanceFolds.of(result.campaign.model)
     for (aspect, _), advice in parts.items():
         names = folds.folded([name for name, _ in advice], is_automatic=aspect is Aspect.TAKEN)
-        words = _joined_advice(names, [each for _, each in advice], setting.columns - _ADVICE_INDENT)
-        first, *others = wrapped(words, setting.columns, f"  {len(advice):>3} {aspect.value:<10} ", _ADVICE_INDENT)
+        words = _joined_advice(names, [each for _, each in advice], columns - _ADVICE_INDENT)
+        first, *others = wrapped(words, columns, f"  {len(advice):>3} {aspect.value:<10} ", _ADVICE_INDENT)
         yield Text(first[:_ADVICE_INDENT]).append(first[_ADVICE_INDENT:], style="dim")
         yield from (Text(line, style="dim") for line in others)
     means_found = dict.fromkeys(means for _, means in parts)
-    command = f"scbm test {shown_path(setting.file)}{setting.suite} --cases"
-    drawing = f" --seed {result.seed}{setting.options}"
+    command = f"scbm test {shown_path(str(suite.file))}{suite.arguments} --cases"
+    drawing = f" --seed {suite.seed}{suite.network_option}{suite.planner_option}"
     if CoverMeans.CHANCE in means_found:
         yield command_text("  ", f"{command} {4 * max(result.campaign.count, 5)}{drawing}")
     if CoverMeans.NOT_MOVED in means_found:
-        yield command_text("  ", f"{command} {max(result.random, 20)}{drawing} --inputs drawn")
+        yield command_text("  ", f"{command} {max(result.campaign.drawn, 20)}{drawing} --inputs drawn")
 
 
-def _advice(result: CampaignResult, setting: Setting) -> dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]]:
+def _advice(result: CampaignResult) -> dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]]:
     """Return the advice for the missed obligations of each aspect and means, with the names of their entries."""
     campaign = result.campaign
-    advisor = CoverAdvisor(campaign.model, campaign.coverage, setting.kind_of(result))
+    advisor = CoverAdvisor(campaign.model, campaign.coverage, CampaignKind.of_campaign(result))
     found: dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]] = {}
     for aspect in (*COLUMNS, Aspect.TAKEN):
         for missed in campaign.coverage.missed(aspect):
-            is_open = result.proved is None or result.proved.decision(missed) is Decision.UNDECIDED
+            is_open = result.decided is None or result.decided.decision(missed) is Decision.UNDECIDED
             if is_open and advisor.is_due(missed):
                 advice = advisor.advice(missed)
                 found.setdefault((aspect, advice.means), []).append((missed.subject, advice))

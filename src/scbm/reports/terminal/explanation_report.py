@@ -15,8 +15,9 @@ from scbm.closing import Decision
 from scbm.closing.decisions import SuggestionKind
 from scbm.closing.summaries import in_few_words, plan_in_words, reason_about_it
 from scbm.model import format_moment, format_value
+from scbm.model.visible_text import counted
 from scbm.proofcheck import StructureArgument, ValuesArgument
-from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
+from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
 from scbm.reports.run.event_lines import event_lines
 from scbm.reports.terminal.closing_report import ended_lines
 from scbm.reports.terminal.timeline import draw_line

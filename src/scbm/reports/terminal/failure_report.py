@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.model import format_duration
-from scbm.reports.figure_table import command_text, counted
+from scbm.model.visible_text import counted
+from scbm.reports.figure_table import command_text
 from scbm.reports.run.event_lines import story_lines
 from scbm.reports.terminal.timeline import TIME_WIDTH, draw_line
 from scbm.testing.verdicts import violation_of

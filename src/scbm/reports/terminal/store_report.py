@@ -11,22 +11,20 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from scbm.cases.coverage import Decision
+from scbm.model.visible_text import counted, shown_path
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
     command_text,
-    counted,
     figures,
-    headline,
     missed_table,
     requirements_off_lines,
     short_of_goal_in_words,
-    shown_path,
     verdict_lines,
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command
-from scbm.reports.status_lines import forced_lines, lifted_lines, status_lines
+from scbm.reports.status_lines import figure_lines, lifted_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
 from scbm.running.simulation.excluded_values import EXCLUDED
 from scbm.testing.campaign_results_json import coverage_json, lifted_json
@@ -154,11 +152,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     coverage = history.coverage
     yield Text("Coverability report: ", style="bold").append(history.model.name)
     yield Text()
-    yield headline(coverage.figure, columns)
-    yield from lifted_lines(history.lifted, columns)
-    if history.decided is not None:
-        yield from status_lines(history.decided, columns)
-    yield from forced_lines(history.statuses)
+    yield from figure_lines(history, columns)
     yield from asserted_line(history.evidence, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
     yield from verdict_lines(len(history.cases), len(history.failed))

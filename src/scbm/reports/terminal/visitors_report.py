@@ -8,7 +8,8 @@ from rich.text import Text
 
 from scbm.cases.coverage import Coverage, only_by, visitors_of_each
 from scbm.model import format_moment
-from scbm.reports.figure_table import command_text, counted
+from scbm.model.visible_text import counted
+from scbm.reports.figure_table import command_text
 from scbm.reports.stored_cases import again
 
 if TYPE_CHECKING:

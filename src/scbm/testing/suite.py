@@ -14,24 +14,22 @@ from scbm.cases import Network
 from scbm.files import FileWriter, load_located, read_file, real_path
 from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
 from scbm.model.predicates import TRUE
-from scbm.model.visible_text import shell_word
-from scbm.reports import counted
-from scbm.reports.figure_table import shown_path
-from scbm.testing import Campaign, RandomCases
+from scbm.model.visible_text import counted, shell_word, shown_path
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import run_steps
 from scbm.testing.batches.campaign_work import CampaignWork, drawn_name
+from scbm.testing.campaign import Campaign
 from scbm.testing.planner_override import planner_of_replay
+from scbm.testing.random_cases import RandomCases
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
     from pathlib import Path
 
     from scbm.cases import Case
-    from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel, Requirement
-    from scbm.testing import WrittenCase
     from scbm.testing.batches.campaign_runs import Executor
+    from scbm.testing.written_cases import WrittenCase
 
 
 class Suite(Struct, frozen=True, dict=True):
@@ -52,13 +50,12 @@ class Suite(Struct, frozen=True, dict=True):
         planner_option: the options for the planner as the command line has them, with a blank before each; `model` has
             the planner itself.
         moves_inputs: whether random cases move inputs and published values without environment transitions, too.
-        evidence: the certificates and waivers that count; `None` if statuses are not asked for.
     """
 
     model: BehaviorModel
     file: Path
-    paths: Sequence[Path]
-    written: Sequence[WrittenCase]
+    paths: Sequence[Path] = ()
+    written: Sequence[WrittenCase] = ()
     random: int = 0
     seed: int = 0
     network_text: str | None = None
@@ -68,21 +65,14 @@ class Suite(Struct, frozen=True, dict=True):
     numbers: Sequence[int] = ()
     planner_option: str = ""
     moves_inputs: bool = False
-    evidence: StatusEvidence | None = None
 
-    @staticmethod
-    def load(
-        model: BehaviorModel,
-        file: Path,
-        paths: Sequence[Path],
-        random: int = 0,
-        seed: int = 0,
-        planner_option: str = "",
-    ) -> Suite:
-        """Read the case files. Raise `InputError` with all their errors."""
-        numbers = range(1, random + 1)
-        written = _read_cases(paths, model)
-        suite = Suite(model, file, paths, written, random, seed, numbers=numbers, planner_option=planner_option)
+    def loaded(self) -> Suite:
+        """Return the suite with the cases of its files, and with all its random cases.
+
+        Raises:
+            InputError: with all errors of the case files, or a written case has the name of a random one.
+        """
+        suite = replace(self, written=_read_cases(self.paths, self.model), numbers=range(1, self.random + 1))
         suite.refuse_equal_names()
         return suite
 
@@ -265,6 +255,6 @@ class Suite(Struct, frozen=True, dict=True):
 def _read_cases(paths: Sequence[Path], model: BehaviorModel) -> tuple[WrittenCase, ...]:
     if not paths:
         return ()
-    from scbm.testing import load_suite  # noqa: PLC0415 - the keys of case files, which many suites do not need
+    from scbm.testing.written_cases import load_suite  # noqa: PLC0415 - the keys of case files, which many suites do not need
 
     return load_suite(paths, model)
