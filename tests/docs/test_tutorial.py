@@ -37,7 +37,7 @@ def campaign(of: BehaviorModel, cases: int, seed: int) -> Campaign:
 
 
 def test_parts_of_the_model_that_the_page_shows_stand_in_the_file() -> None:
-    files = ["before", "before", "handshakes"]
+    files = ["before", "before"]
     shown = [block for block in blocks("yaml") if block.startswith("  ")]
     for block, name in zip(shown, files, strict=True):
         assert block in (EXAMPLE / f"{name}.yaml").read_text(encoding="utf-8")
