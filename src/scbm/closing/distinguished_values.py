@@ -31,7 +31,7 @@ def distinguishing_values(model: BehaviorModel, name: str, values: Sequence[Valu
         return known
     predicates = [*(transition.running_guard for transition in model.transitions), *(goal for _, goal in model.goals)]
     predicates += [each.guard for each in model.environment]
-    leaves = [leaf for predicate in predicates for leaf in _leaves(predicate) if name in leaf.reads()]
+    leaves = [leaf for predicate in predicates for leaf in comparisons(predicate) if name in leaf.reads()]
     if any(len(leaf.reads()) > 1 for leaf in leaves):
         return known
     kinds: dict[tuple[bool, ...], Value] = {}
@@ -48,14 +48,15 @@ def distinguished_groups(model: BehaviorModel) -> tuple[FreeGroup, ...]:
     )
 
 
-def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]:
+def comparisons(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]:
+    """Yield the comparisons that a predicate consists of, in their order."""
     match predicate:
         case Not(operand):
-            yield from _leaves(operand)
+            yield from comparisons(operand)
         case And(operands) | Or(operands):
             for each in operands:
-                yield from _leaves(each)
+                yield from comparisons(each)
         case Implies(condition, consequence):
-            yield from (*_leaves(condition), *_leaves(consequence))
+            yield from (*comparisons(condition), *comparisons(consequence))
         case Equal() | NotEqual() | Order() | Member():
             yield predicate

@@ -49,22 +49,23 @@ def is_satisfiable(
     return satisfiable(form, allowed)
 
 
-def satisfiable(form: NormalForm, values: Sequence[int]) -> bool | None:
+def satisfiable(form: NormalForm, values: Sequence[int], most_branches: int = _MAX_BRANCHES) -> bool | None:
     """Return whether the form holds for some choice of values; `None` if the search met its limit.
 
     Args:
         form: what is to hold.
         values: for each variable of the space the values that it may have, as bits.
+        most_branches: the maximum number of branches of the search.
     """
     try:
-        return _Backtracking().satisfy((form,), values)
+        return _Backtracking(most_branches).satisfy((form,), values)
     except (_TooManyBranchesError, RecursionError):
         return None
 
 
 class _Backtracking:
-    def __init__(self) -> None:
-        self._branches = 0
+    def __init__(self, most_branches: int) -> None:
+        self._branches, self._most_branches = 0, most_branches
 
     def satisfy(self, forms: Sequence[NormalForm], values: Sequence[int]) -> bool:
         """Return whether all forms can hold at once. Raises `_TooManyBranchesError`."""
@@ -91,7 +92,7 @@ class _Backtracking:
 
     def _count(self, branches: int) -> None:
         self._branches += branches
-        if self._branches > _MAX_BRANCHES:
+        if self._branches > self._most_branches:
             raise _TooManyBranchesError
 
 

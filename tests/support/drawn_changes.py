@@ -1,0 +1,59 @@
+"""Which changes of a run are edges of the automata of its model, named by what made them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import takewhile
+
+from scbm.cases.coverage import Aspect
+from scbm.cases.trace import (
+    AutomaticTaken,
+    InjectionApplied,
+    MeasurementReceived,
+    OperationStepped,
+    PutBack,
+    Record,
+    ReplyReceived,
+    state_after,
+)
+from scbm.drawing.automata import ModelAutomata
+from scbm.drawing.model_changes import ChangeMaker, MakerKind
+from scbm.testing import Execution
+
+OUTSIDE = (MakerKind.ENVIRONMENT, MakerKind.INPUT, MakerKind.PUBLISHED)
+
+
+def changes_without_edge(drawn: ModelAutomata, execution: Execution) -> list[str]:
+    """Return the changes of drawn variables up to the first forced state that are no edge of what made them."""
+    return [words for words, is_edge in changes_of(drawn, execution) if not is_edge]
+
+
+def changes_of(drawn: ModelAutomata, execution: Execution) -> Iterator[tuple[str, bool]]:
+    """Yield each change of a declared variable that requests do more than carry, and whether it is an edge."""
+    automata = {automaton.variable.name: automaton for automaton in drawn.drawn}
+    names = [v.name for v in drawn.model.variables if v.name not in drawn.carried]
+    records = list(takewhile(lambda each: not getattr(each, "forced", False), execution.trace.records))
+    records = records[: execution.forced_by]
+    values = state_after(records[:1])
+    for record in records:
+        for name, after in record.changes:
+            if name in names and values[name] != after:
+                makers = automata[name].makers(values[name], after) if name in automata else ()
+                yield f"{name}: {values[name]} -> {after}, {record}", any(made(each, record) for each in makers)
+        values.update(record.changes)
+
+
+def made(maker: ChangeMaker, record: Record) -> bool:
+    """Return whether a maker can have made the changes of a record."""
+    match record:
+        case OperationStepped(operation=name, target=target):
+            return (maker.name, maker.aspect) == (name, Aspect(target.value))
+        case AutomaticTaken(transition=name):
+            return (maker.name, maker.aspect) == (name, Aspect.TAKEN)
+        case ReplyReceived(resource=name):
+            return (maker.kind, maker.name) == (MakerKind.REPLY, name)
+        case MeasurementReceived(by=name) if name:
+            return (maker.kind, maker.name) == (MakerKind.ENVIRONMENT, name)
+        case MeasurementReceived() | InjectionApplied() | PutBack():
+            return maker.kind in OUTSIDE
+    return False
