@@ -27,6 +27,10 @@ VERBS: dict[str, VerbEntry] = {
         "Report the errors of model files, and warnings about models that load.",
     ),
     "show": VerbEntry("scbm.cli.verbs.show", "Show the size of a model, or the model with everything written out."),
+    "draw": VerbEntry(
+        "scbm.drawing.draw",
+        "Draw what changes each variable of a model, or the plan to a goal, coloured by what the tests did.",
+    ),
     "plan": VerbEntry(
         "scbm.cli.verbs.plan",
         "Find a plan to a goal, or show why there is none; without `--goal` for each goal of the model.",

@@ -105,6 +105,7 @@ class Slug(StrEnum):
     BAD_PDDL = "bad-pddl"
     PDDL_GROUP_UNPROVED = "pddl-group-unproved"
     PDDL_MISSING = "pddl-missing"
+    DRAWING_MISSING = "drawing-missing"
     PDDL_NOT_EXPRESSIBLE = "pddl-not-expressible"
 
     # test cases

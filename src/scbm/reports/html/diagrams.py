@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 
 _COLOURS = {
+    "bg": "#ffffff",
     "fg": "#1f2328",
     "muted": "#59636e",
     "line": "#d1d9e0",

@@ -1,0 +1,105 @@
+"""The layout of a graph from left to right, by dagre within QuickJS (extra `draw`): `lay_out` hides both.
+
+The file `vendored/dagre.min.js` is `dist/dagre.min.js` of `@dagrejs/dagre` 3.1.3 (MIT) from npm, unchanged; it contains
+`@dagrejs/graphlib` 4.0.6 (MIT). QuickJS has no files, no network and no clock: one graph has one layout, byte for byte.
+"""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from importlib import import_module
+from importlib.resources import files
+from threading import local
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from msgspec.json import decode, encode
+
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+DAGRE_SHA256 = "54a503e346f93ca0bb10abe7999587e037262935687aca45eb4e4b0f64bbb578"
+"""The digest of the vendored file."""
+
+_MAX_MEMORY = 500_000_000
+"""Maximum number of bytes of a context; 2,000 edges in one graph take about 100 MB."""
+
+_MAX_SECONDS = 60
+"""Maximum time of one layout in seconds of CPU. It ends the command and changes no picture."""
+
+_contexts = local()
+"""The context of each thread: a context of QuickJS belongs to one."""
+
+
+class Point(NamedTuple):
+    """A place in a picture, in pixels from its upper left corner."""
+
+    x: float
+    y: float
+
+
+class LayoutNode(NamedTuple):
+    """The size of a node, in pixels."""
+
+    width: float
+    height: float
+
+
+class LayoutEdge(NamedTuple):
+    """An edge between two nodes, by their indices, with the size of its label in pixels."""
+
+    source: int
+    target: int
+    width: float
+    height: float
+
+
+class LayoutRoute(NamedTuple):
+    """The way of an edge through points, and the center of its label."""
+
+    points: tuple[Point, ...]
+    label: Point
+
+
+class GraphLayout(NamedTuple):
+    """The size of a drawn graph, the centers of its nodes, and the ways of its edges, both in the order given."""
+
+    size: Point
+    nodes: tuple[Point, ...]
+    routes: tuple[LayoutRoute, ...]
+
+
+def lay_out(nodes: Sequence[LayoutNode], edges: Sequence[LayoutEdge]) -> GraphLayout:
+    """Return the layout of a graph. Raise `InputError` if the extra `draw` is not installed."""
+    found: str = _context().get("layOut")(encode({"nodes": nodes, "edges": edges}).decode())
+    return decode(found, type=GraphLayout)
+
+
+def _context() -> Any:  # noqa: ANN401 - a library that is optional, without types
+    """Return the context of this thread, with dagre loaded."""
+    if not hasattr(_contexts, "value"):
+        context = _library().Context()
+        context.set_memory_limit(_MAX_MEMORY)
+        context.set_time_limit(_MAX_SECONDS)
+        context.eval(dagre_text())
+        context.eval(files(__package__).joinpath("layout.js").read_text("utf-8"))
+        _contexts.value = context
+    return _contexts.value
+
+
+def dagre_text() -> str:
+    """Return the vendored file. Raise `AssertionError` if it is not the one of its digest."""
+    data = files(__package__).joinpath("vendored/dagre.min.js").read_bytes()
+    if sha256(data).hexdigest() != DAGRE_SHA256:
+        raise AssertionError("vendored/dagre.min.js is not the file of its digest")
+    return data.decode()
+
+
+def _library() -> Any:  # noqa: ANN401 - as above
+    try:
+        return import_module("quickjs")
+    except ModuleNotFoundError:
+        message = "pictures need quickjs-ng, which is not installed"
+        remedy = "run `pip install 'scbm[draw]'`; `--mermaid` works without it"
+        raise InputError([Diagnostic(Slug.DRAWING_MISSING, message, Place("scbm draw"), remedy)]) from None
