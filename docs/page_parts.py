@@ -18,6 +18,7 @@ from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
 from scbm.files.key_reference import key_table, mappings_of
 from scbm.mutation.mutation_operators import MUTATIONS
+from scbm.store.store_schema import TABLES
 
 SOURCE = Path(__file__).parents[1] / "src" / "scbm"
 
@@ -61,6 +62,15 @@ def _operators(_: str) -> str:
     return "".join(["\n| group | operator | change |\n| --- | --- | --- |\n", *rows])
 
 
+def _tables(_: str) -> str:
+    """Return a section for each table of a coverage store, with its columns."""
+    lines = []
+    for name, table in TABLES.items():
+        rows = [f"| `{each.name}` | {each.type.split()[0].lower()} | {each.comment} |" for each in table.columns]
+        lines += [f"### {name}", "", table.comment, "", "| column | type | content |", "| --- | --- | --- |", *rows, ""]
+    return "\n".join(lines)
+
+
 def _messages(_: str) -> str:
     """Return the sections of all slugs."""
     return messages_text()
@@ -94,5 +104,12 @@ def summary(path: Path) -> str:
     return sentence.removesuffix(".").replace("|", "\\|").replace("<", "\\<")
 
 
-PARTS = {"keys": _keys, "messages": _messages, "modules": _modules, "operators": _operators, "options": _options}
+PARTS = {
+    "keys": _keys,
+    "messages": _messages,
+    "modules": _modules,
+    "operators": _operators,
+    "options": _options,
+    "tables": _tables,
+}
 """The generated parts by name; each takes the argument of the mark, which may be empty."""

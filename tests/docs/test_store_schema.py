@@ -6,6 +6,8 @@ import re
 import sqlite3
 from pathlib import Path
 
+from page_parts import complete_page
+
 from support.stores import results, store
 
 PAGE = Path(__file__).parents[2] / "docs/reference/coverage-store.md"
@@ -13,7 +15,7 @@ PAGE = Path(__file__).parents[2] / "docs/reference/coverage-store.md"
 
 def test_every_column_is_reported_with_its_type(tmp_path: Path) -> None:
     documented = {}
-    for section in re.split(r"^### ", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
+    for section in re.split(r"^### ", complete_page(PAGE.read_text(encoding="utf-8")), flags=re.MULTILINE)[1:]:
         name = section.split("\n", 1)[0]
         rows = re.findall(r"^\| `(\w+)` \| (\w+) \|", section, flags=re.MULTILINE)
         documented[name] = [(column, kind.upper()) for column, kind in rows]

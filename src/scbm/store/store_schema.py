@@ -157,7 +157,9 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn(
                 "options",
                 "TEXT NOT NULL UNIQUE",
-                "JSON: `network`, `requirements`, `time_limit_ns`; over nodes `real`, with drawn inputs `moves_inputs`",
+                "JSON: `network` of random cases as in `--network`, `drawn`, or empty; `requirements`, each"
+                " with name and text; `time_limit_ns` or null; `real` only over nodes: the names of the real"
+                " resources; `moves_inputs` only with `--inputs drawn`: true",
             ),
         ),
     ),
@@ -180,7 +182,12 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("seed", "TEXT", "of a random case: the seed, in decimal digits"),
             StoreColumn("number", "INTEGER", "of a random case: its number, from 1"),
             StoreColumn("text", "TEXT", "of a written case: the case as YAML"),
-            StoreColumn("path", "TEXT", "of a written case: its file, as the command line named it"),
+            StoreColumn(
+                "path",
+                "TEXT",
+                "of a written case: its file, as the command line named it; of a case that a pytest test"
+                " created, the file of the test, which ends in `.py`",
+            ),
             StoreColumn("ended", "TEXT NOT NULL", "the end of its run, such as `reached`"),
             StoreColumn("failures", "TEXT", "JSON, if it failed: a list of kind, subject and message"),
             StoreColumn("ended_ns", "INTEGER NOT NULL", "the duration of its run, in nanoseconds of the run"),
@@ -194,7 +201,8 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn(
                 "excuses",
                 "TEXT",
-                "JSON, if goals were missed and excused: a list of the reasons, such as `fault`",
+                "JSON, if goals were missed and excused: a list of the reasons, each `fault`, `may_end`,"
+                " `input` or `expected`",
                 value=lambda case: excuses_text(case.verdict.excuses),
             ),
             StoreColumn(
@@ -203,7 +211,12 @@ TABLES: dict[str, StoreTable] = {
                 "over nodes: the number of values that drivers sent and the model excludes; null for simulation",
                 value=lambda case: None if case.recipe.real is None else case.excluded,
             ),
-            StoreColumn("log", "BLOB", "of a run over nodes: its log, compressed as by zlib; null for simulation"),
+            StoreColumn(
+                "log",
+                "BLOB",
+                "of a run over nodes: its log, compressed as by zlib, at most 256 MiB when unpacked; null for"
+                " simulation",
+            ),
         ),
         without_rowid=True,
     ),
@@ -213,7 +226,9 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("key", "BLOB PRIMARY KEY", "16 bytes of the SHA-256 of `text`, before it was compressed"),
             StoreColumn("model", "INTEGER NOT NULL REFERENCES model", "the model that it is about: a row of `model`"),
             StoreColumn("name", "TEXT NOT NULL", "its file, as the command line named it"),
-            StoreColumn("checked_by", "TEXT NOT NULL", "the version of `scbm` that checked it"),
+            StoreColumn(
+                "checked_by", "TEXT NOT NULL", "the version of `scbm` that checked it; another version checks it again"
+            ),
             StoreColumn("claims", "TEXT NOT NULL", "JSON: a list of obligation, status and reason"),
             StoreColumn("text", "BLOB NOT NULL", "the certificate, compressed as by zlib"),
         ),
@@ -230,7 +245,11 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("oracle", "TEXT NOT NULL", "what judges its cases: `verdicts` or `recorded`"),
             StoreColumn("made_by", "TEXT NOT NULL", "the versions of `scbm` and of the mutation operators"),
             StoreColumn("cases", "BLOB NOT NULL", "the keys of its cases, 16 bytes each, in ascending order"),
-            StoreColumn("mutants", "INTEGER NOT NULL", "the number of mutants of the model"),
+            StoreColumn(
+                "mutants",
+                "INTEGER NOT NULL",
+                "the number of mutants of the model; a suite with fewer results is not whole",
+            ),
             StoreColumn("started", "TEXT NOT NULL", "when the last command that added to it began, as in `run`"),
         ),
         without_rowid=True,
@@ -246,7 +265,9 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("reason", "TEXT NOT NULL", "why that case failed, or why the mutant is undecided, or empty"),
             StoreColumn("runs", "INTEGER NOT NULL", "the number of cases that were run on it"),
             StoreColumn("skipped", "INTEGER NOT NULL", "the number of cases whose run could not differ"),
-            StoreColumn("belongs", "BLOB NOT NULL", "the set of obligations that it belongs to"),
+            StoreColumn(
+                "belongs", "BLOB NOT NULL", "the set of obligations that it belongs to, without zero bytes at its end"
+            ),
             StoreColumn(
                 "noticed", "BLOB NOT NULL", "of these the set of obligations that a case visits which kills it"
             ),
