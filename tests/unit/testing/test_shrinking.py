@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
@@ -46,16 +45,6 @@ def test_seeded_faults_shrink_to_a_few_operations(golden: Callable[[str, str], N
         tester, execution, failure = seeded.find()
         shown.append(_shown(name, Shrinker(tester).shrink(execution, failure)))
     golden("shrunk.txt", "".join(shown))
-
-
-@pytest.mark.slow
-def test_the_documentation_reports_the_sizes_before_and_after() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "how-to" / "debug-failing-cases.md").read_text(encoding="utf-8")
-    for name, seeded in SEEDED.items():
-        tester, execution, failure = seeded.find()
-        shrunk = Shrinker(tester).shrink(execution, failure)
-        sizes = (f"{size.operations}, {size.choices}" for size in (shrunk.before, shrunk.after))
-        assert f"| {name} | {' | '.join(sizes)} | {shrunk.runs} |\n" in page
 
 
 @pytest.mark.slow
