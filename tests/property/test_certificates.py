@@ -502,7 +502,7 @@ def least_values(model: BehaviorModel) -> ValuesArgument:
             (name, value) for step in all_possible(sets, model) for name, value in step.gives if value not in sets[name]
         ]
         if not missing:
-            return ValuesArgument(tuple(sets.items()))
+            return ValuesArgument(sets)
         for name, value in missing:
             domain = model.running_space[name].domain.values
             sets[name] = tuple(v for v in domain if v in sets[name] or v == value)
@@ -525,12 +525,12 @@ def test_values_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:
 @given(cells(), st.data())
 @examples(60, usual=4)
 def test_sets_of_values_without_one_of_them_are_refused(model: BehaviorModel, data: st.DataObject) -> None:
-    values = list(least_values(model).values)
+    values = list(least_values(model).values.items())
     index = data.draw(st.integers(0, len(values) - 1))
     name, allowed = values[index]
     dropped = data.draw(st.sampled_from(allowed))
     values[index] = (name, tuple(value for value in allowed if value != dropped))
-    assert list(check_values([], ValuesArgument(tuple(values)), model))
+    assert list(check_values([], ValuesArgument(dict(values)), model))
 
 
 @pytest.mark.slow
@@ -566,7 +566,7 @@ automatic_transitions:
 def certificates(model: BehaviorModel) -> list[Certificate]:
     """One of each kind; not all of them are sound."""
     explored = explore(model, all_variables(model))
-    whole = tuple((variable.name, variable.domain.values) for variable in model.running_space)
+    whole = {variable.name: variable.domain.values for variable in model.running_space}
     claims = ("o1/failed", "o1/timedout")
     arguments = (explored.argument, StructureArgument((Fact.CANNOT_FAIL, Fact.NO_DEADLINE)), ValuesArgument(whole))
     return [Certificate(model.name, "0a" * 32, claims, argument, planner_for(argument)) for argument in arguments]

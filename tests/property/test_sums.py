@@ -183,7 +183,7 @@ def test_the_checker_agrees_with_the_values_of_models_with_sums(model: BehaviorM
     values = possible_values(model)
     known = {str(obligation): obligation for obligation in claimable_obligations(model)}
     claimed = [known[str(obligation)] for obligation, _ in ruled_out(model, values)]
-    assert list(check_values(claimed, ValuesArgument(tuple(values.items())), model)) == []
+    assert list(check_values(claimed, ValuesArgument(dict(values)), model)) == []
 
 
 @pytest.mark.slow

@@ -78,7 +78,7 @@ def test_the_check_finds_no_flaw_in_what_is_ruled_out(model: BehaviorModel) -> N
     values = possible_values(model)
     known = {str(obligation): obligation for obligation in claimable_obligations(model)}
     claimed = [known[str(obligation)] for obligation, _ in ruled_out(model, values)]
-    assert list(check_values(claimed, ValuesArgument(tuple(values.items())), model)) == []
+    assert list(check_values(claimed, ValuesArgument(dict(values)), model)) == []
     facts = structural_facts(model)
     argument = StructureArgument(tuple(fact for _, fact, _ in facts))
     assert list(check_structure([known[str(obligation)] for obligation, _, _ in facts], argument, model)) == []

@@ -8,7 +8,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from scbm.model import BehaviorModel
-from scbm.model.json_reader import read_json
+from scbm.model.json_reader import read_json, read_record
 from scbm.running import Event, RunnerOptions
 from scbm.testing.event_logs.event_records import (
     EventRecord,
@@ -18,7 +18,6 @@ from scbm.testing.event_logs.event_records import (
     event_of,
     event_record,
 )
-from scbm.testing.event_logs.json_records import read_record
 
 OPTIONS = OptionsRecord.of(RunnerOptions())
 

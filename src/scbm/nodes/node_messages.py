@@ -10,7 +10,18 @@ from typing import Annotated, TypeAlias
 from msgspec import Meta
 from msgspec.json import Encoder
 
-from scbm.model.json_reader import JsonError, quoted, read_json_object
+from scbm.model.json_reader import (
+    Count,
+    JsonError,
+    JsonRecord,
+    LongText,
+    Names,
+    Text,
+    Values,
+    quoted,
+    read_json_object,
+    read_record,
+)
 from scbm.testing.event_logs.event_records import (
     EventRecord,
     Factor,
@@ -19,7 +30,6 @@ from scbm.testing.event_logs.event_records import (
     OutcomeWord,
     Travel,
 )
-from scbm.testing.event_logs.json_records import Count, JsonRecord, LongText, Names, Text, Values, read_record
 
 VERSION = 5
 """Incremented with every change that older nodes cannot parse."""

@@ -1,5 +1,6 @@
 """The parts of a certificate: obligations that no run without injections visits, and an argument why (decision 18).
 
+Situations and arguments are records of the JSON of certificates: their fields are its keys, with their limits.
 `CertificateFlaw` says why a certificate that can be read is not a proof. The names of obligations (semantics 8.1, 8.2)
 are defined a second time for the checker; `scbm.cases.coverage` has the names for everything else. A test compares the
 two.
@@ -8,14 +9,16 @@ two.
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import TYPE_CHECKING, ClassVar, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, Protocol, TypeAlias
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from scbm.model import GoalOrder, PlanSet
+from scbm.model.json_reader import MAX_COUNT, JsonRecord
+from scbm.model.visible_text import printable
 
 if TYPE_CHECKING:
-    from scbm.model import BehaviorModel, PlannerIdentity, Value
+    from scbm.model import BehaviorModel, PlannerIdentity
 
 
 class ClaimedAspect(StrEnum):
@@ -50,9 +53,20 @@ def claimable_obligations(model: BehaviorModel) -> tuple[ClaimedObligation, ...]
 class Fact(StrEnum):
     """Facts that the model file shows."""
 
-    NO_DEADLINE = "the operation has no deadline"
-    CANNOT_FAIL = "nothing fails the operation: it has no `failed` transition, and no automatic one assigns its state"
-    ALWAYS_ENABLED = "whatever the state, `g && gr` of its precondition holds and its actions fit"
+    NO_DEADLINE = "no_deadline"
+    """The operation has no deadline."""
+    CANNOT_FAIL = "cannot_fail"
+    """Nothing fails the operation: it has no `failed` transition, and no automatic one assigns its state."""
+    ALWAYS_ENABLED = "always_enabled"
+    """Whatever the state, `g && gr` of its precondition holds and its actions fit."""
+
+
+MAX_WORD = 1_000
+Word: TypeAlias = Annotated[str, Meta(min_length=1, max_length=MAX_WORD)]
+"""A name, or a value that is a symbol."""
+
+ListedValue: TypeAlias = bool | Annotated[int, Meta(ge=-MAX_COUNT - 1, le=MAX_COUNT)] | Word
+"""A value of a variable."""
 
 
 class StructureArgument(Struct, frozen=True):
@@ -70,7 +84,7 @@ class ValuesArgument(Struct, frozen=True):
     """
 
     kind: ClassVar[str] = "values"
-    values: tuple[tuple[str, tuple[Value, ...]], ...]
+    values: dict[Word, tuple[ListedValue, ...]]
 
 
 class Awaits(StrEnum):
@@ -89,11 +103,11 @@ class Awaits(StrEnum):
     """The choice of the next operation among several plans; nothing else happens until then."""
 
 
-Queue: TypeAlias = "tuple[Value, ...] | None"
+Queue: TypeAlias = tuple[ListedValue, ...] | None
 """The operations of a plan that are left, or the state that the rest of the plan starts from; `None` without a plan."""
 
 
-class Situation(Struct, frozen=True):
+class Situation(JsonRecord, frozen=True, array_like=True):
     """A situation of a run between two events: the runner is settled, and the run has not ended.
 
     Attributes:
@@ -107,13 +121,13 @@ class Situation(Struct, frozen=True):
         awaits: what the runner waits for beside replies and deadlines.
     """
 
-    values: tuple[Value, ...]
-    queue: Queue = None
-    in_flight: tuple[str, ...] = ()
+    values: tuple[ListedValue, ...]
+    queue: Queue
+    in_flight: tuple[Word, ...]
     awaits: Awaits = Awaits.NOTHING
 
 
-class GoalRuns(Struct, frozen=True):
+class GoalRuns(JsonRecord, frozen=True):
     """The situations of the runs for one goal.
 
     Attributes:
@@ -122,9 +136,9 @@ class GoalRuns(Struct, frozen=True):
         planned: for any plans, the variables on which plans to the goal depend; empty for canonical plans.
     """
 
-    goal: str
+    goal: Word
     situations: tuple[Situation, ...]
-    planned: tuple[str, ...] = ()
+    planned: tuple[Word, ...] = ()
 
 
 class RunsArgument(Struct, frozen=True):
@@ -139,7 +153,7 @@ class RunsArgument(Struct, frozen=True):
     """
 
     kind: ClassVar[str] = "runs"
-    variables: tuple[str, ...]
+    variables: tuple[Word, ...]
     runs: tuple[GoalRuns, ...]
     goals: GoalOrder = GoalOrder.SINGLE
     plans: PlanSet = PlanSet.CANONICAL
@@ -199,4 +213,4 @@ class CertificateFlaw(Struct, frozen=True):
     reason: str
 
     def __str__(self) -> str:
-        return f"{self.where}: {self.reason}"
+        return printable(f"{self.where}: {self.reason}")

@@ -1,4 +1,4 @@
-"""The arguments of certificates by name: how a certificate writes each of them, what checks it, and the whole check.
+"""The arguments of certificates by name: how a certificate has each of them, what checks it, and the whole check.
 
 To add one: a class beside the others in `certificate`, and an entry in `ARGUMENTS`. `check_certificate` says whether a
 certificate proves its claims.
@@ -17,10 +17,7 @@ from scbm.model import FIRST_PLANNER, GoalOrder, PlanSet, RunPlans
 from scbm.proofcheck.certificate import (
     Awaits,
     CertificateFlaw,
-    Fact,
-    GoalRuns,
     RunsArgument,
-    Situation,
     StructureArgument,
     ValuesArgument,
     claimable_obligations,
@@ -32,29 +29,20 @@ from scbm.proofcheck.values_check import check_values
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.model import BehaviorModel, Value
-    from scbm.model.json_reader import JsonPath
-    from scbm.proofcheck.certificate import Certificate, ClaimedObligation, Queue
-    from scbm.proofcheck.certificate_parts import CertificateParts
-
-
-_FACTS = {fact.name.lower(): fact for fact in Fact}
-_AWAITS = {awaits.value: awaits for awaits in Awaits}
-_MIN_PARTS, _MAX_PARTS = 3, 4
+    from scbm.model import BehaviorModel
+    from scbm.proofcheck.certificate import Certificate, ClaimedObligation, GoalRuns, Situation
 
 
 class ArgumentFormat(Struct, frozen=True):
     """How certificates write an argument, and what checks it.
 
     Attributes:
-        keys: the keys of a certificate with this argument, beside those of all certificates.
-        read: gets the reader of parts and the JSON object, and returns the argument. It refuses a part by `refuse`.
-        write: returns the lines of the argument, one `"key": value` for each of `keys`.
+        record: the class of the argument; its fields are keys of a certificate, beside those of all certificates.
+        write: returns the lines of the argument, one `"key": value` for each of these keys.
         check: gets the claimed obligations, the argument and the model, and returns all flaws: none is a proof.
     """
 
-    keys: tuple[str, ...]
-    read: Callable[[CertificateParts, dict[str, Any]], Any]
+    record: type[Any]
     write: Callable[[Any], list[str]]
     check: Callable[[Sequence[ClaimedObligation], Any, BehaviorModel], Iterator[CertificateFlaw]]
 
@@ -69,75 +57,13 @@ def json_list(lines: Iterable[str]) -> str:
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
-# facts of the model file
-
-
-def _read_facts(parts: CertificateParts, document: dict[str, Any]) -> StructureArgument:
-    def fact(value: object, path: JsonPath) -> Fact:
-        if not isinstance(value, str) or value not in _FACTS:
-            parts.refuse(path, f"a fact is one of {', '.join(_FACTS)}")
-        return _FACTS[value]
-
-    return StructureArgument(parts.each(document["facts"], ("facts",), fact))
-
-
 def _write_facts(argument: StructureArgument) -> list[str]:
-    return [f'"facts": {json_text([fact.name.lower() for fact in argument.facts])}']
-
-
-# values of variables
-
-
-def _read_values(parts: CertificateParts, document: dict[str, Any]) -> ValuesArgument:
-    value: object = document["values"]
-    if not isinstance(value, dict):
-        parts.refuse(("values",), "expected an object of variables, each with a list of values")
-    sets: Iterable[tuple[str, tuple[Value, ...]]] = (
-        (parts.word(name, ("values",)), parts.values(values, ("values", name))) for name, values in value.items()
-    )
-    return ValuesArgument(tuple(sets))
+    return [f'"facts": {json_text(argument.facts)}']
 
 
 def _write_values(argument: ValuesArgument) -> list[str]:
-    lines = (f"{json_text(name)}: {json_text(allowed)}" for name, allowed in argument.values)
+    lines = (f"{json_text(name)}: {json_text(allowed)}" for name, allowed in argument.values.items())
     return ['"values": {\n' + ",\n".join(lines) + "\n}"]
-
-
-# situations of runs
-
-
-def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgument:
-    goals, plans = GoalOrder(document["goals"]), PlanSet(document["plans"])
-    is_of_states = plans is PlanSet.ANY
-
-    def situation(value: object, path: JsonPath) -> Situation:
-        return _read_situation(parts, value, path, is_of_states=is_of_states)
-
-    def runs(value: object, path: JsonPath) -> GoalRuns:
-        read = parts.keys(value, ("goal", *(["planned"] if is_of_states else []), "situations"), path)
-        situations = parts.each(read["situations"], (*path, "situations"), situation)
-        planned = parts.words(read["planned"], (*path, "planned")) if is_of_states else ()
-        return GoalRuns(parts.word(read["goal"], (*path, "goal")), situations, planned)
-
-    variables = parts.words(document["variables"], ("variables",))
-    return RunsArgument(variables, parts.each(document["runs"], ("runs",), runs), goals, plans)
-
-
-def _read_situation(parts: CertificateParts, value: object, path: JsonPath, *, is_of_states: bool) -> Situation:
-    if not isinstance(value, list) or not _MIN_PARTS <= len(value) <= _MAX_PARTS:
-        parts.refuse(path, "a situation is a list of values, queue, requests in flight, and the awaited thing")
-    values = parts.values(value[0], (*path, 0))
-    queue: Queue = None
-    if is_of_states and value[1] is not None:
-        queue = parts.values(value[1], (*path, 1))
-    elif not is_of_states:
-        queue = parts.words(value[1], (*path, 1)) or None
-    in_flight = parts.words(value[2], (*path, 2))
-    if len(value) < _MAX_PARTS:
-        return Situation(values, queue, in_flight)
-    if not isinstance(value[3], str) or value[3] not in _AWAITS:
-        parts.refuse((*path, 3), f"the awaited thing of a situation is one of {', '.join(_AWAITS)}")
-    return Situation(values, queue, in_flight, _AWAITS[value[3]])
 
 
 def _write_runs(argument: RunsArgument) -> list[str]:
@@ -162,9 +88,9 @@ def _situation_text(situation: Situation, *, is_of_states: bool) -> str:
 
 
 ARGUMENTS: dict[str, ArgumentFormat] = {
-    StructureArgument.kind: ArgumentFormat(("facts",), _read_facts, _write_facts, check_structure),
-    ValuesArgument.kind: ArgumentFormat(("values",), _read_values, _write_values, check_values),
-    RunsArgument.kind: ArgumentFormat(("variables", "runs"), _read_runs, _write_runs, check_runs),
+    StructureArgument.kind: ArgumentFormat(StructureArgument, _write_facts, check_structure),
+    ValuesArgument.kind: ArgumentFormat(ValuesArgument, _write_values, check_values),
+    RunsArgument.kind: ArgumentFormat(RunsArgument, _write_runs, check_runs),
 }
 """The arguments by the names that certificates give them under `argument`, the cheapest first."""
 

@@ -6,8 +6,11 @@ Whether a variable, a value or a claim exists in the model is not a question of 
 
 from __future__ import annotations
 
-import re
-from typing import TYPE_CHECKING, Any
+from itertools import islice
+from typing import TYPE_CHECKING, Annotated, Any
+
+from msgspec import Struct, ValidationError, convert
+from msgspec.structs import replace
 
 from scbm.model import (
     Diagnostic,
@@ -19,47 +22,71 @@ from scbm.model import (
     Slug,
     refuse_other_version,
 )
-from scbm.model.json_reader import JsonError, line_and_column, read_json, value_positions
-from scbm.proofcheck.certificate import Certificate, RunsArgument
+from scbm.model.json_reader import (
+    Digest,
+    JsonError,
+    JsonRecord,
+    line_and_column,
+    one_of,
+    read_json,
+    record_faults,
+    value_positions,
+)
+from scbm.proofcheck.certificate import Certificate, RunsArgument, Situation, Word
 from scbm.proofcheck.certificate_arguments import ARGUMENTS, json_list, json_text
-from scbm.proofcheck.certificate_parts import MAX_WORD, CertificateParts, FaultError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from typing import TypeVar
+    from collections.abc import Iterator
 
     from scbm.model.json_reader import JsonPath
-
-    Part = TypeVar("Part")
+    from scbm.proofcheck.certificate import ListedValue
 
 FORMAT_VERSION = 5
 
 
 def certificate_text(certificate: Certificate, model_file: str | None = None) -> str:
     """Return the text that `read_certificate_file` reads; `model_file` is the path of the model relative to it."""
+    planner = certificate.planner and {"name": certificate.planner.name, "version": certificate.planner.version}
     parts = [
         f'"{_VERSION}": {FORMAT_VERSION}',
         f'"model": {json_text(certificate.model)}',
         *([] if model_file is None else [f'"model_file": {json_text(model_file)}']),
         f'"digest": {json_text(certificate.digest)}',
         f'"claims": {json_list(map(json_text, certificate.claims))}',
-        f'"argument": {json_text(certificate.argument.kind)}, "planner": {_planner_text(certificate.planner)}',
+        f'"argument": {json_text(certificate.argument.kind)}, "planner": {json_text(planner)}',
         f'"goals": {json_text(certificate.goals)}, "plans": {json_text(certificate.plans)}',
         *ARGUMENTS[certificate.argument.kind].write(certificate.argument),
     ]
     return "{" + ",\n".join(parts) + "}\n"
 
 
-def _planner_text(planner: PlannerIdentity | None) -> str:
-    return "null" if planner is None else json_text({"name": planner.name, "version": planner.version})
-
-
 MAX_CHARACTERS = 256 * 1024 * 1024
 """Maximum size of a certificate that is read, in characters; it has some hundred thousand situations."""
+MAX_FAULTS = 100
+"""Maximum number of faults that are reported for one certificate."""
 
 _VERSION = "scbm_certificate"
-_HEAD = (_VERSION, "model", "digest", "claims", "argument", "planner", "goals", "plans")
-_DIGEST = re.compile(r"[0-9a-f]{64}")
+
+
+class _CertificatePlanner(JsonRecord, frozen=True):
+    """The planner of a certificate: without limits, which only end runs earlier."""
+
+    name: Word
+    version: Word
+
+
+class _CertificateHead(JsonRecord, frozen=True):
+    """The keys of all certificates. Those of the argument stand beside them."""
+
+    scbm_certificate: int
+    model: Word
+    digest: Digest
+    claims: tuple[Word, ...]
+    argument: str
+    planner: _CertificatePlanner | None
+    goals: GoalOrder
+    plans: PlanSet
+    model_file: Word | None = None
 
 
 def read_certificate(text: str, file: str = "certificate") -> Certificate:
@@ -74,16 +101,17 @@ def read_certificate_file(text: str, file: str = "certificate") -> tuple[Certifi
         document = read_json(text, MAX_CHARACTERS)
     except JsonError as error:
         raise InputError([_diagnostic(error.message, text, file, error.position)]) from None
-    if isinstance(document, dict) and _VERSION in document:
-        remedy = "close its model again: `scbm close MODEL --out DIRECTORY`"
-        refuse_other_version("certificate", document[_VERSION], FORMAT_VERSION, Place(file), remedy)
-    reading = _CertificateReader()
-    read = reading.read(document)
-    if read is None:
-        found = value_positions(text, (fault.path for fault in reading.faults))
-        unique = {_diagnostic(f.message, text, file, found.get(f.path, 0)): None for f in reading.faults}
-        raise InputError(sorted(unique, key=lambda diagnostic: diagnostic.order))
-    return read
+    if not isinstance(document, dict) or _VERSION not in document:
+        raise InputError([_diagnostic("this is not a certificate of scbm", text, file, 0)])
+    remedy = "close its model again: `scbm close MODEL --out DIRECTORY`"
+    refuse_other_version("certificate", document[_VERSION], FORMAT_VERSION, Place(file), remedy)
+    try:
+        return _read(document)
+    except ValidationError:
+        faults = list(islice(_faults(document), MAX_FAULTS))
+    found = value_positions(text, (path for path, _ in faults))
+    unique = {_diagnostic(message, text, file, found.get(path, 0)): None for path, message in faults}
+    raise InputError(sorted(unique, key=lambda diagnostic: diagnostic.order))
 
 
 def _diagnostic(message: str, text: str, file: str, position: int) -> Diagnostic:
@@ -91,65 +119,56 @@ def _diagnostic(message: str, text: str, file: str, position: int) -> Diagnostic
     return Diagnostic(Slug.BAD_CERTIFICATE, message, Place(file, line, column), source_line=source)
 
 
-class _CertificateReader(CertificateParts):
-    """Reads a document as a certificate."""
+def _read(document: dict[str, Any]) -> tuple[Certificate, str | None]:
+    """Return the certificate of a document, and the model file that it names. Raise `ValidationError`."""
+    kind = convert(document.get("argument"), Annotated[str, one_of(ARGUMENTS)])
+    of_all, of_argument = _split(document, ARGUMENTS[kind].record)
+    head, argument = convert(of_all, _CertificateHead), convert(of_argument, ARGUMENTS[kind].record)
+    if isinstance(argument, RunsArgument):
+        argument = _with_shared_words(argument)
+    planner = None if head.planner is None else PlannerIdentity(head.planner.name, head.planner.version)
+    certificate = Certificate(head.model, head.digest, head.claims, argument, planner)
+    if (certificate.goals, certificate.plans) != (head.goals, head.plans):
+        raise ValidationError
+    return certificate, head.model_file
 
-    def read(self, document: object) -> tuple[Certificate, str | None] | None:
-        """Return the certificate and the model file that it names, if any; `None` if there are faults."""
-        try:
-            certificate = self._certificate(document)
-            model_file = self._model_file(document)
-        except FaultError as fault:
-            self.faults.append(fault)
-            return None
-        return None if self.faults else (certificate, model_file)
 
-    def _certificate(self, document: object) -> Certificate:
-        if not isinstance(document, dict) or _VERSION not in document:
-            raise FaultError((), "this is not a certificate of scbm")
-        kind = document.get("argument")
-        if not isinstance(kind, str) or kind not in ARGUMENTS:
-            path: JsonPath = ("argument",) if "argument" in document else ()
-            raise FaultError(path, f"the key `argument` is one of: {', '.join(ARGUMENTS)}")
-        optional = ("model_file",) if "model_file" in document else ()
-        self.keys(document, (*_HEAD, *optional, *ARGUMENTS[kind].keys), ())
-        self._refuse_other_runs(document, kind)
-        return Certificate(
-            self.word(document["model"], ("model",)),
-            self._digest(document["digest"], ("digest",)),
-            self.words(document["claims"], ("claims",)),
-            ARGUMENTS[kind].read(self, document),
-            self._planner(document["planner"], ("planner",)),
-        )
+def _faults(document: dict[str, Any]) -> Iterator[tuple[JsonPath, str]]:
+    """Yield each reason why a document is no certificate, with its path."""
+    kind = document.get("argument")
+    if not isinstance(kind, str) or kind not in ARGUMENTS:
+        path: JsonPath = ("argument",) if "argument" in document else ()
+        yield path, f"the key `argument` is one of: {', '.join(ARGUMENTS)}"
+        return
+    of_all, of_argument = _split(document, ARGUMENTS[kind].record)
+    yield from record_faults(of_all, _CertificateHead)
+    yield from record_faults(of_argument, ARGUMENTS[kind].record)
+    for key, value in (("goals", GoalOrder.SEQUENCE), ("plans", PlanSet.ANY)):
+        if key not in of_argument and document.get(key, value) != value:
+            yield (key,), f"expected `{value}`: this argument is about any runs"
 
-    def _refuse_other_runs(self, document: dict[str, Any], kind: str) -> None:
-        """Refuse goals and plans that an argument of this kind is not about."""
-        is_about_runs = kind == RunsArgument.kind
-        known: dict[str, Iterable[str]] = {
-            "goals": GoalOrder if is_about_runs else [GoalOrder.SEQUENCE],
-            "plans": PlanSet if is_about_runs else [PlanSet.ANY],
-        }
-        for key, words in known.items():
-            if document[key] not in tuple(words):
-                raise FaultError((key,), f"expected one of: {', '.join(words)}")
 
-    def _planner(self, value: object, path: JsonPath) -> PlannerIdentity | None:
-        """Return the planner that a certificate names, if any."""
-        if value is None:
-            return None
-        planner = self.keys(value, ("name", "version"), path)
-        return PlannerIdentity(
-            self.word(planner["name"], (*path, "name")), self.word(planner["version"], (*path, "version"))
-        )
+def _split(document: dict[str, Any], argument: type[Struct]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the keys of all certificates, with those that are unknown, and the keys of the argument. Some are both."""
+    own, known = argument.__struct_fields__, _CertificateHead.__struct_fields__
+    of_all = {key: value for key, value in document.items() if key in known or key not in own}
+    return of_all, {key: value for key, value in document.items() if key in own}
 
-    def _model_file(self, document: object) -> str | None:
-        """Return the path of the model that a document names; certificates outside of files name none."""
-        written = document.get("model_file") if isinstance(document, dict) else None
-        if written is not None and (not isinstance(written, str) or not 0 < len(written) <= MAX_WORD):
-            raise FaultError(("model_file",), f"the path of a model is a text of 1 to {MAX_WORD} characters")
-        return written
 
-    def _digest(self, value: object, path: JsonPath) -> str:
-        if not isinstance(value, str) or not _DIGEST.fullmatch(value):
-            raise FaultError(path, "a digest has 64 digits, `0` to `9` and `a` to `f`")
-        return value
+def _with_shared_words(argument: RunsArgument) -> RunsArgument:
+    """Return an argument that keeps each word once: the same ones recur in every situation.
+
+    The file has an empty list of operations where a canonical plan leaves none.
+    """
+    words: dict[ListedValue, ListedValue] = {}
+
+    def shared(values: tuple[Any, ...]) -> tuple[Any, ...]:
+        return tuple([value if value is True or value is False else words.setdefault(value, value) for value in values])
+
+    def situation(read: Situation) -> Situation:
+        has_queue = read.queue is not None and (read.queue or argument.plans is PlanSet.ANY)
+        queue = shared(read.queue or ()) if has_queue else None
+        return Situation(shared(read.values), queue, shared(read.in_flight), read.awaits)
+
+    runs = (replace(each, situations=tuple(map(situation, each.situations))) for each in argument.runs)
+    return replace(argument, runs=tuple(runs))

@@ -17,11 +17,17 @@ if TYPE_CHECKING:
     from scbm.proofcheck.certificate import ClaimedObligation, StructureArgument
 
 _RULES_OUT = {
-    Fact.NO_DEADLINE: ClaimedAspect.TIMEDOUT,
-    Fact.CANNOT_FAIL: ClaimedAspect.FAILED,
-    Fact.ALWAYS_ENABLED: ClaimedAspect.DISABLED,
+    Fact.NO_DEADLINE: (ClaimedAspect.TIMEDOUT, "the operation has no deadline"),
+    Fact.CANNOT_FAIL: (
+        ClaimedAspect.FAILED,
+        "nothing fails the operation: it has no `failed` transition, and no automatic one assigns its state",
+    ),
+    Fact.ALWAYS_ENABLED: (
+        ClaimedAspect.DISABLED,
+        "whatever the state, `g && gr` of its precondition holds and its actions fit",
+    ),
 }
-"""The state that an operation with this fact never visits."""
+"""The state that an operation with this fact never visits, and the fact in words."""
 
 
 def check_structure(
@@ -38,8 +44,9 @@ def check_structure(
 
 
 def _check(obligation: ClaimedObligation, fact: Fact, model: BehaviorModel) -> str | None:
-    if _RULES_OUT[fact] is not obligation.aspect:
-        return f"it does not follow from this fact: {fact}"
+    aspect, words = _RULES_OUT[fact]
+    if aspect is not obligation.aspect:
+        return f"it does not follow from this fact: {words}"
     operation = model.operation(obligation.subject)
     match fact:
         case Fact.NO_DEADLINE:

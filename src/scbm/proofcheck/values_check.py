@@ -297,16 +297,16 @@ def check_values(
     claimed: Sequence[ClaimedObligation], argument: ValuesArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
     """Yield the flaws of the sets of values, or else of the claims."""
-    sets = dict(argument.values)
+    sets = argument.values
     yield from _check_shape(argument, model) or _check_closed(sets, model) or _check_claims(claimed, sets, model)
 
 
 def _check_shape(argument: ValuesArgument, model: BehaviorModel) -> list[CertificateFlaw]:
-    if tuple(name for name, _ in argument.values) != model.running_space.names:
+    if tuple(argument.values) != model.running_space.names:
         return [CertificateFlaw("the argument", "it does not name every variable once, in the order of the model")]
     return [
         CertificateFlaw(name, "the values are not some of its domain, each once and in order")
-        for name, values in argument.values
+        for name, values in argument.values.items()
         if not _is_part(values, model.running_space[name])
     ]
 

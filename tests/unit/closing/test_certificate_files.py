@@ -98,7 +98,7 @@ def test_another_version_of_the_model_is_not_looked_at() -> None:
 
 
 def test_situations_are_counted_of_all_goals() -> None:
-    situation = Situation(())
+    situation = Situation((), None, ())
     runs = replace(
         CERTIFICATE, argument=RunsArgument((), (GoalRuns("a", (situation,) * 2), GoalRuns("b", (situation,))))
     )

@@ -109,7 +109,7 @@ def test_a_change_that_forces_the_state_is_a_fault_and_so_is_all_that_follows_it
 
 def _with_runs(closing: Closing) -> Closing:
     ((name, certificate),) = closing.certificates
-    argument = RunsArgument((), (GoalRuns("scanned", (Situation(()),) * 5),))
+    argument = RunsArgument((), (GoalRuns("scanned", (Situation((), None, ()),) * 5),))
     return replace(closing, certificates=((name, replace(certificate, argument=argument)),))
 
 

@@ -11,11 +11,11 @@ from msgspec.structs import replace
 from scbm.cases.trace import MeasurementReceived, MeasurementRefused
 from scbm.files import read_model
 from scbm.model import Binding, Interval, MeasuredTopic, MessageType, Reading, Resource, Scalar, Value
+from scbm.model.json_reader import MAX_LONG_TEXT
 from scbm.nodes.buses.bus import Topic
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.links.measured_topics import MeasuredTopics, value_of
 from scbm.running import Measured, Program, Runner
-from scbm.testing.event_logs.json_records import MAX_LONG_TEXT
 from support.hearing import Heard
 from support.loops import run
 from support.wording import Wording

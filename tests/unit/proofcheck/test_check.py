@@ -65,7 +65,7 @@ VARIABLES = (
     "plan.state",
 )
 EXECUTING = Situation(("dark", "y", True, "executing", "light", "executing", "executing"), None, ("switch",))
-FAILED = Situation(("dark", "y", True, "failed", "light", "executing", "executing"))
+FAILED = Situation(("dark", "y", True, "failed", "light", "executing", "executing"), None, ())
 """`light` ignores a reply that says failed. It times out, and then waits for a reply that no resource will send."""
 
 
@@ -228,7 +228,7 @@ def test_a_precondition_too_large_to_look_at_is_no_fact(monkeypatch: pytest.Monk
 def values(model: BehaviorModel, **other: tuple[Value, ...]) -> ValuesArgument:
     """All values that variables can have, but for some variables; `_` stands for `.`."""
     given = {name.replace("__", "."): allowed for name, allowed in other.items()}
-    return ValuesArgument(tuple((v.name, given.get(v.name, v.domain.values)) for v in model.running_space))
+    return ValuesArgument({v.name: given.get(v.name, v.domain.values) for v in model.running_space})
 
 
 def test_values_that_nothing_leaves_prove_what_they_rule_out() -> None:
@@ -293,7 +293,7 @@ def test_no_value_that_closing_lists_can_be_left_out(model: BehaviorModel, claim
     for name, allowed in found.items():
         for dropped in allowed:
             rest = tuple(value for value in allowed if value != dropped)
-            flaws = flaws_of(model, ValuesArgument(tuple({**found, name: rest}.items())), claim)
+            flaws = flaws_of(model, ValuesArgument({**found, name: rest}), claim)
             assert any(flaw.startswith(f"{name}: ") for flaw in flaws), (name, dropped)
 
 
@@ -310,10 +310,16 @@ def test_what_a_resource_measures_can_be_anything(wording: Wording) -> None:
     wording(flaws)
 
 
+def test_flaws_show_no_characters_that_act_on_a_terminal() -> None:
+    (flaw,) = check_certificate(Certificate("a\nb\u202e", "0" * 64, ("light/failed",), values(lamp())), lamp())
+    assert str(flaw).isprintable()
+
+
 def test_every_variable_has_its_values(wording: Wording) -> None:
     whole = values(lamp())
-    for argument in (replace(whole, values=whole.values[1:]), replace(whole, values=(*whole.values, whole.values[0]))):
-        (flaw,) = flaws_of(lamp(), argument, "light/failed")
+    first, *others = whole.values.items()
+    for listed in (others, [*others, first]):
+        (flaw,) = flaws_of(lamp(), ValuesArgument(dict(listed)), "light/failed")
         wording(flaw)
 
 
@@ -489,7 +495,7 @@ def test_a_variable_that_matters_cannot_be_left_out(
         replace(EXECUTING, in_flight=("switch", "switch")),
         replace(EXECUTING, in_flight=("lamp",)),
         replace(EXECUTING, awaits=Awaits.STALE),
-        Situation(("dark", "y", True, "failed", "none", "executing", "executing")),
+        Situation(("dark", "y", True, "failed", "none", "executing", "executing"), None, ()),
         Situation(("dark", "y", True, "failed", "none", "initial", "planning"), ("light",), (), Awaits.CHANGE),
         replace(EXECUTING, queue=("light", "dim")),
     ],

@@ -65,7 +65,7 @@ def test_an_automatic_transition_is_not_taken_where_its_sum_leaves_the_domain(ac
     claimed = [obligation for obligation, _ in ruled_out(model, values)]
     assert ("automatic/sum_up" in map(str, claimed)) is not is_taken
     known = {str(obligation): obligation for obligation in claimable_obligations(model)}
-    argument = ValuesArgument(tuple(values.items()))
+    argument = ValuesArgument(dict(values))
     assert list(check_values([known[str(each)] for each in claimed], argument, model)) == []
     wrong = check_values([known["automatic/sum_up"]], argument, model)
     assert bool(list(wrong)) is is_taken

@@ -167,7 +167,7 @@ class Proofs:
     def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
         if kind == StructureArgument.kind:
             return StructureArgument(tuple(self._facts[obligation][0] for obligation in claimed))
-        return ValuesArgument(tuple(self._values.items())) if runs is None else _runs_argument(runs)
+        return ValuesArgument(dict(self._values)) if runs is None else _runs_argument(runs)
 
 
 def by_runs(obligation: Obligation, runs: AllRuns) -> Proof | None:

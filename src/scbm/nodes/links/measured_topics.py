@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.trace import SENT, InjectionApplied
 from scbm.model import Binding, format_value
+from scbm.model.json_reader import MAX_LONG_TEXT
 from scbm.nodes.buses.bus import Topic, Unmatched
 from scbm.nodes.links.link import Measurement, PresenceMonitor
 from scbm.running.simulation.excluded_values import EXCLUDED, excluded_values
-from scbm.testing.event_logs.json_records import MAX_LONG_TEXT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from msgspec import UNSET, UnsetType, field
 
-from scbm.model.json_reader import JsonError
+from scbm.model.json_reader import JsonError, JsonRecord, Values, matching, read_record
 from scbm.nodes.buses.bus import BusError, Topic, Unmatched
 from scbm.nodes.links.link import Correlation, Measurement, PresenceMonitor, Reply
 from scbm.nodes.node_messages import read_object
-from scbm.testing.event_logs.json_records import JsonRecord, Values, matching, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,7 +11,7 @@ from msgspec import UNSET, Struct, UnsetType, field
 
 from scbm.cases import AT_ONCE, Condition, Reaction, condition_kind
 from scbm.model import Outcome
-from scbm.model.json_reader import JsonError
+from scbm.model.json_reader import JsonError, JsonRecord, Values, read_record
 from scbm.nodes.links.link import Correlation
 from scbm.nodes.links.topic_link import RequestId, id_text, read_id
 from scbm.nodes.node_messages import (
@@ -35,7 +35,6 @@ from scbm.nodes.roles.cell_topics import CellTopics, Membership, is_of_tester
 from scbm.nodes.roles.served_tester import ServedTester
 from scbm.nodes.roles.wall_clock import Clock
 from scbm.running.simulation.simulated_resources import Job, SimulatedResource
-from scbm.testing.event_logs.json_records import JsonRecord, Values, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable

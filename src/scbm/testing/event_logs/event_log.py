@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from msgspec import UNSET, Struct, UnsetType
 from msgspec.json import Encoder
@@ -20,7 +20,18 @@ from msgspec.json import Encoder
 from scbm.cases.trace import End, ends_of
 from scbm.files import open_input, read_case, write_case
 from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug, refuse_other_version
-from scbm.model.json_reader import read_json_object
+from scbm.model.json_reader import (
+    Count,
+    Digest,
+    JsonRecord,
+    LongText,
+    Names,
+    Text,
+    matching,
+    one_of,
+    read_json_object,
+    read_record,
+)
 from scbm.running import records_of
 from scbm.running.simulation import Simulated
 from scbm.running.simulation.case_runner import CaseRunner
@@ -33,7 +44,6 @@ from scbm.testing.event_logs.event_records import (
     event_of,
     event_record,
 )
-from scbm.testing.event_logs.json_records import Count, JsonRecord, LongText, Names, Text, matching, one_of, read_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -56,8 +66,6 @@ _MAX_OF_THE_HEADER = 16 * 1024 * 1024
 _MAX_OF_A_LINE = 1024 * 1024
 _MAX_REPORTED = 20
 """Maximum number of wrong lines that an error lists; a file with more is hardly a log."""
-
-_Digest: TypeAlias = Annotated[str, matching("[0-9a-f]{64}", "a SHA-256 of 64 hexadecimal digits")]
 
 
 class LogStep(Struct, frozen=True):
@@ -167,14 +175,14 @@ class _HeaderRecord(JsonRecord, frozen=True):
     format: Text
     version: Count
     model: Text
-    model_digest: _Digest
+    model_digest: Digest
     model_file: LongText | None
     case: str
     time_scale: Annotated[str, matching("[1-9][0-9]{0,8}(/[1-9][0-9]{0,8})?", "a number such as `20` or `1/2`")]
     real: Names
     options: OptionsRecord
     end: Annotated[str, one_of(End)]
-    trace: _Digest
+    trace: Digest
     planner: Text
     steps: Count
     reactions: Count

@@ -17,6 +17,7 @@ from scbm.cases import Condition, Injection, Reaction, condition_kind
 from scbm.cases.trace import NETWORK, SENT, MessageDisturbed, ResourceChanged
 from scbm.files import Scope, Where, parse_predicate
 from scbm.model import InputError, Outcome
+from scbm.model.json_reader import Count, JsonRecord, LongText, Names, Text, Values, matching, one_of
 from scbm.running import (
     GoalGiven,
     InjectionGiven,
@@ -28,7 +29,6 @@ from scbm.running import (
     TimePassed,
 )
 from scbm.running.simulation import MessageKind
-from scbm.testing.event_logs.json_records import Count, JsonRecord, LongText, Names, Text, Values, matching, one_of
 
 if TYPE_CHECKING:
     from scbm.cases.trace import Changes

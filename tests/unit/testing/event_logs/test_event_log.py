@@ -17,6 +17,7 @@ from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule, R
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunnerStarted
 from scbm.files import read_network
 from scbm.model import BehaviorModel, InputError, Outcome, PlannerIdentity, Slug, State
+from scbm.model.json_reader import read_record
 from scbm.planning import PlanLimits
 from scbm.running import (
     Event,
@@ -41,7 +42,6 @@ from scbm.testing.event_logs.event_log import (
     write_event_log,
 )
 from scbm.testing.event_logs.event_records import Note, ReactionRecord, event_record
-from scbm.testing.event_logs.json_records import read_record
 from support.capturing import DIGEST, captured
 from support.case_strategies import cases
 from support.event_records import as_text, event_json, read_event, read_note

@@ -6,10 +6,10 @@ from typing import Annotated
 
 import pytest
 
-from scbm.model.json_reader import JsonError
-from scbm.testing.event_logs.json_records import (
+from scbm.model.json_reader import (
     MAX_LONG_TEXT,
     Count,
+    JsonError,
     JsonRecord,
     LongText,
     Names,
