@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct, field
 
-from scbm.files.expansion.formulas import EqualityFormula, ObjectTerm, TableFormula
 from scbm.files.expansion.lifted_entries import has_choice
+from scbm.files.expansion.object_formulas import EqualityFormula, ObjectTerm, TableFormula
 from scbm.pddl.pddl_task import InvariantPart
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from unified_planning.model import Action, Effect, FNode, Problem, TimeInterval, Timing
     from unified_planning.model.types import Type
 
-    from scbm.files.expansion.formulas import Formula
+    from scbm.files.expansion.object_formulas import Formula
     from scbm.pddl.pddl_task import FactInvariant
 
 MAX_CANDIDATES = 300

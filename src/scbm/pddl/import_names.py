@@ -6,7 +6,7 @@ import re
 from itertools import count
 from typing import TYPE_CHECKING
 
-from scbm.files.expansion.static_facts import QUANTIFIERS
+from scbm.files.language.grammar import QUANTIFIERS
 from scbm.files.language.scope import reserved_names
 from scbm.model.variables import resource_variables, runner_variables
 from scbm.pddl.pddl_reader import inner_formulas

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, NamedTuple
 from msgspec import Struct
 from msgspec.structs import replace
 
-from scbm.files.expansion.formulas import EqualityFormula, Formula, ObjectTerm, TableFormula
 from scbm.files.expansion.lifted_entries import has_choice
+from scbm.files.expansion.object_formulas import EqualityFormula, Formula, ObjectTerm, TableFormula
 from scbm.pddl.pddl_reader import negated
 from scbm.pddl.pddl_task import FALSE, PddlFormula
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from scbm.files.expansion.formulas import Choice
+    from scbm.files.expansion.object_formulas import Choice
     from scbm.pddl.pddl_task import Fact
 
 TermPair = tuple[PddlFormula, PddlFormula]

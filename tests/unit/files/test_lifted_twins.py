@@ -35,6 +35,7 @@ OTHER_WITH_PARAMETERS = {
     "ambiguous-symbol_variable": "names with an index are no words that a value can have",
     "duplicate-name_of_a_resource": "variables of a resource with an index have other names",
     "duplicate-name_of_the_runner": "variables of an operation with parameters have other names",
+    "predicate-syntax_incomplete": "`robot_at in home` asks for a type where there are types",
     "unknown-variable_everywhere": "`scanner.req_state` begins with a name that has an index",
     "wrong-shape_key": "a mapping is no key, so it gets no parameter",
 }

@@ -14,10 +14,8 @@ from published.plants import factory
 from scbm.files import digest_of, load_model, read_located, read_model, write_model
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.expansion import static_facts
-from scbm.files.expansion.formulas import IndexedName
-from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
-from scbm.files.expansion.lifted_parser import LiftedParser
-from scbm.files.expansion.lifted_tokens import text_of
+from scbm.files.expansion.lifted_names import IndexedName, LiftedNames, LiftedScope
+from scbm.files.expansion.lifted_reader import LiftedReader
 from scbm.files.expansion.static_facts import ObjectTable, StaticFacts
 from scbm.files.expansion.thresholds import Joint, at_least, copies
 from scbm.model import Assign, DrawnVariable, InputError, Severity, Slug
@@ -405,10 +403,13 @@ NAMES = LiftedNames(
 )
 def test_no_instance_is_smaller_than_the_least_size_of_a_text(text: str, least: int) -> None:
     scope = LiftedScope(NAMES).with_parameters({"z": "zone", "y": "zone"})
-    formula = LiftedParser(text, scope, lambda *_: pytest.fail("the text is right")).predicate()
+    reader = LiftedReader(text, scope, lambda *_: pytest.fail("the text is right"))
+    tree = reader.tree("predicate")
+    assert tree is not None
+    formula = reader.predicate(tree)
     grounds = [formula.ground({"z": z, "y": y}) for z in ZONES for y in ZONES]
-    sizes = [0 if isinstance(each, bool) else len(text_of(each.pieces)) for each in grounds]
-    assert least * 0.6 <= formula.least_characters() <= min(sizes)
+    sizes = [0 if isinstance(each, bool) else each.characters for each in grounds]
+    assert least * 0.6 <= formula.least <= min(sizes)
 
 
 @pytest.mark.longer

@@ -96,7 +96,7 @@ class ScalarOrListType(TextType[T], frozen=True):
 
     def read(self, node: YamlNode, reader: ValueReader) -> T | None:
         """Return the value of a list, or of a scalar where that is accepted."""
-        is_scalar = self.takes_scalar and node.text is not None and node.plain is not None
+        is_scalar = self.takes_scalar and node.scalar is not None and node.plain is not None
         return self.reader(reader, node) if is_scalar or isinstance(node.plain, list) else None
 
     def write(self, value: object) -> Data:

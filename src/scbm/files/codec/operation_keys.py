@@ -49,7 +49,7 @@ def read_actions(
         for element in node.elements if node is not None else ():
             if element.scalar is None or element.plain is None:
                 continue
-            action = reader.resolver(element.scalar, where).read_action(element.scalar.text)
+            action = reader.resolver(element.scalar, where).read_action(element.scalar.syntax or element.scalar.text)
             if action is None:
                 reader.is_whole = False
                 continue

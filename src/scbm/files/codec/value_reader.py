@@ -256,7 +256,7 @@ class ValueReader:
             return TRUE if node.plain else FALSE
         if node.scalar is None or node.plain is None:
             return TRUE
-        predicate = self.resolver(node.scalar, where).read_predicate(node.scalar.text)
+        predicate = self.resolver(node.scalar, where).read_predicate(node.scalar.syntax or node.scalar.text)
         self.is_whole = self.is_whole and predicate is not None
         return predicate or TRUE
 
@@ -264,7 +264,7 @@ class ValueReader:
         """Return the sentence of a requirement."""
         if node.scalar is None:
             return None
-        sentence = self.resolver(node.scalar, Where.REQUIREMENT).read_requirement(text)
+        sentence = self.resolver(node.scalar, Where.REQUIREMENT).read_requirement(node.scalar.syntax or text)
         self.is_whole = self.is_whole and sentence is not None
         return sentence
 

@@ -14,6 +14,8 @@ from scbm.files.yaml.source_text import Scalar
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from lark import Token, Tree
+
     from scbm.model import Place
 
 
@@ -89,6 +91,25 @@ class RewrittenScalar(Scalar):
         """Return the piece with the character at an index, and its offset there; the last piece beyond the end."""
         number = bisect_right(self._starts, index) - 1
         return self._pieces[number], index - self._starts[number]
+
+
+class ParsedScalar(Scalar):
+    """A scalar whose syntax tree is known: that of a lifted text for one choice of objects."""
+
+    __slots__ = ("_written", "syntax")
+
+    def __init__(self, written: Scalar, syntax: Tree[Token]) -> None:
+        """Take the scalar as it is written, and a tree whose tokens have their places there."""
+        self._written = written
+        self.syntax = syntax
+        self.text = written.text
+        self.begin = written.begin
+        self.end = written.end
+        self.style = written.style
+
+    def stretch(self, begin: int, end: int) -> Place:
+        """Return the place of the characters `begin..end` where they are written."""
+        return self._written.stretch(begin, end)
 
 
 class PlacedScalar(Scalar):

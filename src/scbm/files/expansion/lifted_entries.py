@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from scbm.files.expansion.static_facts import QUANTIFIERS, WORD
-from scbm.files.language.grammar import keywords
+from scbm.files.expansion.static_facts import WORD
+from scbm.files.language.grammar import QUANTIFIERS, keywords
 from scbm.files.spelling import suggestion
 from scbm.model import Slug
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from scbm.files.expansion.formulas import Choice, Formula
     from scbm.files.expansion.lifted_names import LiftedScope
+    from scbm.files.expansion.object_formulas import Choice, Formula
     from scbm.files.expansion.static_facts import StaticFacts
     from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.model import Place

@@ -2,20 +2,118 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from scbm.files.expansion.formulas import IndexedName, ObjectTerm, WorkLimit
+from scbm.files.expansion.object_formulas import ObjectTerm, parameters_of
 from scbm.files.expansion.static_facts import StaticFacts
+from scbm.files.expansion.work_limit import LiftedFault, WorkLimit
 from scbm.files.spelling import suggestion
 from scbm.model import Slug
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from scbm.files.expansion.lifted_tokens import LiftedToken
+    from scbm.files.expansion.object_formulas import Choice
+
+
+class LiftedToken(NamedTuple):
+    """A token of a lifted text.
+
+    Attributes:
+        text: its characters.
+        begin: where it begins in the lifted text.
+        end: where it ends.
+        is_name: whether it is a name or a keyword, with or without dots.
+    """
+
+    text: str
+    begin: int
+    end: int
+    is_name: bool
+
+
+class IndexedName(Struct):
+    """A name with an index: of variables, resources or operations, or of the variables that these own.
+
+    Attributes:
+        section: the section that declares it.
+        base: the name without its index.
+        stem: what the ground name begins with, before the objects.
+        suffix: what the ground name ends with, after the objects.
+        kinds: for messages, the type of each index.
+        objects: the objects that each index can have.
+        declared: the objects of the ground names that exist.
+    """
+
+    section: str
+    base: str
+    stem: str
+    suffix: str
+    kinds: tuple[str, ...]
+    objects: tuple[dict[str, None], ...] = ()
+    declared: dict[tuple[str, ...], None] = field(default_factory=dict)
+
+    @property
+    def has_state(self) -> bool:
+        """Whether the runner keeps the state of what is named: of an operation."""
+        return self.section == "operations"
+
+    @property
+    def arity(self) -> int:
+        """The number of indices."""
+        return len(self.kinds)
+
+    @property
+    def shown(self) -> str:
+        """The name with the types of its index, for messages."""
+        return f"{self.base}[{', '.join(self.kinds)}]"
+
+
+class NameSlot(ABC):
+    """A name in a text that depends on the choice; it has at least one character."""
+
+    parameters: frozenset[str]
+
+    @abstractmethod
+    def name(self, choice: Choice) -> str:
+        """Return the ground name for a choice. Raises `LiftedFault`."""
+
+
+class ObjectSlot(NameSlot):
+    """A parameter, which becomes its object."""
+
+    def __init__(self, name: str) -> None:
+        self.parameters = frozenset((name,))
+        self._name = name
+
+    def name(self, choice: Choice) -> str:
+        """Return the object."""
+        return choice[self._name]
+
+
+class IndexSlot(NameSlot):
+    """A name with an index, which becomes a ground name."""
+
+    def __init__(self, indexed: IndexedName, terms: Sequence[ObjectTerm], suffix: str, begin: int, end: int) -> None:
+        self.parameters = parameters_of(terms)
+        self._indexed = indexed
+        self._terms = tuple(terms)
+        self._suffix = suffix
+        self._begin = begin
+        self._end = end
+
+    def name(self, choice: Choice) -> str:
+        """Return the ground name."""
+        objects = tuple([choice[term.name] if term.is_parameter else term.name for term in self._terms])
+        name = f"{'.'.join((self._indexed.stem, *objects))}{self._indexed.suffix}"
+        if objects not in self._indexed.declared:
+            remedy = f"`{self._indexed.base}` is not declared for these objects"
+            raise LiftedFault(Slug.WRONG_INDEX, f"there is no `{name}`", self._begin, self._end, remedy)
+        return name + self._suffix
 
 
 class NoteFault(Protocol):

@@ -6,13 +6,16 @@ import re
 from abc import ABC, abstractmethod
 from functools import partial
 from math import prod
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
+from lark import Tree
 from msgspec import Struct
 from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import (
     MappingEntry,
+    ParsedScalar,
+    Piece,
     RewrittenScalar,
     entries_of,
     list_node,
@@ -20,29 +23,23 @@ from scbm.files.expansion.expanded_nodes import (
     text_node,
     with_entries,
 )
-from scbm.files.expansion.expanded_nodes import Piece as ScalarPiece
-from scbm.files.expansion.formulas import (
-    AtomFormula,
-    Bound,
-    ConstantFormula,
-    Formula,
-    LiftedFault,
-    WorkLimit,
-)
-from scbm.files.expansion.lifted_parser import LiftedParser
-from scbm.files.expansion.lifted_tokens import text_of
+from scbm.files.expansion.formulas import as_tree
+from scbm.files.expansion.lifted_reader import LiftedReader
+from scbm.files.expansion.object_formulas import ConstantFormula, Formula, GroundTree
 from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE, DRAWN_KEYS
-from scbm.files.language.syntax import MAX_CHARACTERS
+from scbm.files.expansion.work_limit import LiftedFault, WorkLimit
+from scbm.files.language.syntax import SyntaxFault, refuse_depth
 from scbm.files.spelling import suggestion
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from scbm.files.expansion.formulas import Choice
+    from scbm.files.expansion.formulas import AtomFormula, Bound
     from scbm.files.expansion.lifted_names import LiftedScope
-    from scbm.files.expansion.lifted_tokens import Pieces
+    from scbm.files.expansion.object_formulas import Choice
+    from scbm.files.language.syntax import SyntaxTree
     from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.model import Place
 
@@ -64,6 +61,9 @@ KINDS: dict[str, NodeKind] = {
 }
 """The keys whose texts can have parameters, wherever they stand in an entry; all others are copied."""
 
+_MAX_UNCHECKED = 1_000
+"""A ground text with fewer characters is not as deep as the language allows."""
+
 _WARNINGS = (Slug.COUNT_ALWAYS_HOLDS,)
 """The slugs of warnings; all others are of errors."""
 
@@ -82,6 +82,10 @@ class NodeTemplate(ABC):
         """Return the ground node of a template that makes one."""
         return self.nodes(choice)[0]
 
+    def below(self, *keys: str) -> NodeTemplate | None:
+        """Return the template at the end of a path of keys of mappings; `None` if there is none."""
+        return None if keys else self
+
     def expect(self, instances: int) -> None:  # noqa: B027 - a copied node and a name are small
         """Count what the ground nodes for so many choices have at least.
 
@@ -99,6 +103,10 @@ class CopyTemplate(NodeTemplate):
     def nodes(self, choice: Choice) -> list[YamlNode]:  # noqa: ARG002 - the same for all choices
         """Return the node itself."""
         return self._nodes
+
+
+_Made: TypeAlias = "GroundTree | RewrittenScalar | bool"
+"""What a choice of objects makes of a text."""
 
 
 class _LiftedScalar(Struct):
@@ -128,6 +136,23 @@ class _LiftedScalar(Struct):
         if message:
             self.report.add(slug, message, self.lifted.scalar.stretch(begin, end), remedy)
 
+    def read(self, reader: LiftedReader, tree: SyntaxTree) -> None:
+        """Keep whether a text that was read is lifted; the node of one that is not has its tree for all choices."""
+        self.is_plain = not reader.is_lifted
+        if self.is_plain and self.lifted.scalar is not None:
+            self.lifted = replace(self.lifted, scalar=ParsedScalar(self.lifted.scalar, tree))
+
+    def rewritten(self, names: Mapping[tuple[int, int], str]) -> RewrittenScalar:
+        """Return the text with other names; each stands for the characters that it replaces."""
+        scalar = self.lifted.scalar
+        assert scalar is not None  # noqa: S101 - it was parsed
+        pieces: list[Piece] = []
+        copied = 0
+        for (begin, end), name in names.items():
+            pieces += [Piece.copy(scalar, copied, begin), Piece.instead(name, scalar, begin, end)]
+            copied = end
+        return RewrittenScalar([*pieces, Piece.copy(scalar, copied)])
+
     def expect(self, characters: int) -> None:
         """Count the characters that the ground texts will have at least. Raises `InputError` if there are too many."""
         if self.is_plain or self.is_wrong or self.lifted.scalar is None:
@@ -143,31 +168,36 @@ class _LiftedScalar(Struct):
         if self.limit.is_exceeded:
             raise self.report.error()
 
-    def ground(self, pieces: Callable[[], Pieces | bool]) -> YamlNode:
+    def ground(self, make: Callable[[], _Made]) -> YamlNode:
         """Return the ground node; a condemned one if there is an error."""
         if self.is_plain and not self.is_wrong:
             return self.lifted
         if not self.is_wrong:
             try:
-                made = pieces()
-                if isinstance(made, bool):
-                    return text_node(str(made).lower(), self.lifted.place, self.lifted.end)
-                return self._made(made)
+                made = make()
+                return self._node(made)
             except LiftedFault as fault:
                 self.note_fault(fault)
         return YamlNode(None, self.lifted.place, condemned=True, end=self.lifted.end)
 
-    def _made(self, pieces: Pieces) -> YamlNode:
-        text = text_of(pieces)
+    def _node(self, made: _Made) -> YamlNode:
         scalar = self.lifted.scalar
-        if scalar is None or text == scalar.text or not text:
-            return self.lifted
-        if len(text) > MAX_CHARACTERS:
-            message = f"this text has {len(text):,} characters when it is written out; at most {MAX_CHARACTERS:,} fit"
-            raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, 0, len(scalar.text), "use fewer objects")
-        self.limit.count_characters(len(text), 0, len(scalar.text))
-        made = RewrittenScalar([ScalarPiece(part, scalar, begin, end) for part, begin, end in pieces])
-        return scalar_node(made, self.lifted.place, self.lifted.end)
+        assert scalar is not None  # noqa: S101 - it was parsed
+        if isinstance(made, bool):
+            return text_node(str(made).lower(), self.lifted.place, self.lifted.end)
+        if isinstance(made, RewrittenScalar):
+            self.limit.count_characters(len(made.text), len(scalar.text))
+            return scalar_node(made, self.lifted.place, self.lifted.end)
+        self.limit.count_characters(made.characters, len(scalar.text))
+        if made.characters > _MAX_UNCHECKED:
+            self._refuse_depth(made.tree)
+        return replace(self.lifted, scalar=ParsedScalar(scalar, made.tree))
+
+    def _refuse_depth(self, tree: SyntaxTree) -> None:
+        try:
+            refuse_depth(tree)
+        except SyntaxFault as fault:
+            raise LiftedFault(fault.slug, fault.message, fault.begin, fault.end, fault.remedy) from None
 
 
 class PredicateTemplate(NodeTemplate):
@@ -180,9 +210,6 @@ class PredicateTemplate(NodeTemplate):
         elements = node.elements if isinstance(node.plain, list) else [node]
         for element in elements:
             scalar = _LiftedScalar(element, report, scope.names.limit)
-            if is_static and not element.condemned and _is_empty(element):
-                _refuse_empty(element, report)
-                scalar.is_wrong = True
             self._parts.append((scalar, _parsed(scalar, scope, is_static=is_static)))
 
     def conjuncts(self) -> Iterator[Formula]:
@@ -194,11 +221,11 @@ class PredicateTemplate(NodeTemplate):
     def expect(self, instances: int) -> None:
         """Count the predicates without those that a choice may decide."""
         for scalar, formula in self._parts:
-            scalar.expect(instances * formula.least_characters())
+            scalar.expect(instances * formula.least)
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the predicate; of a list, what is not true for this choice."""
-        ground = [scalar.ground(partial(_pieces, formula, choice)) for scalar, formula in self._parts]
+        ground = [scalar.ground(partial(formula.ground, choice)) for scalar, formula in self._parts]
         if not isinstance(self._node.plain, list):
             return ground
         pairs = zip(self._parts, ground, strict=True)
@@ -222,65 +249,53 @@ def _refuse_empty(node: YamlNode, report: ErrorCollector) -> None:
     report.add(Slug.PREDICATE_SYNTAX, message, node.place, remedy)
 
 
-def _pieces(formula: Formula, choice: Choice) -> Pieces | bool:
-    ground = formula.ground(choice)
-    return ground if isinstance(ground, bool) else ground.pieces
-
-
 def _parsed(scalar: _LiftedScalar, scope: LiftedScope, *, is_static: bool) -> Formula:
     """Return the predicate of a scalar; one that is passed on as it is for any other node."""
     node = scalar.lifted
     scalar.is_plain = True
     if isinstance(node.plain, bool):
         return ConstantFormula(node.plain)
-    if node.scalar is None or node.plain is None:
-        return AtomFormula([])
-    parser = LiftedParser(node.scalar.text, scope, scalar.note)
-    try:
-        formula = parser.static_predicate() if is_static else parser.predicate()
-    except LiftedFault as fault:
-        scalar.note_fault(fault)
+    if is_static and not node.condemned and _is_empty(node):
+        _refuse_empty(node, scalar.report)
+        scalar.is_wrong = True
         return ConstantFormula(True)
-    scalar.is_plain = not parser.is_lifted
+    if node.scalar is None or node.plain is None:
+        return ConstantFormula(True)
+    reader = LiftedReader(node.scalar.text, scope, scalar.note)
+    tree = reader.tree("predicate")
+    if tree is None:
+        return ConstantFormula(True)
+    formula = reader.static_predicate(tree) if is_static else reader.predicate(tree)
+    scalar.read(reader, tree)
     return formula
 
 
 class RequirementTemplate(NodeTemplate):
-    """A requirement: predicates, and words between them."""
+    """A requirement: predicates, and durations between them."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
         self._scalar = _LiftedScalar(node, report, scope.names.limit)
-        parser = LiftedParser(node.text or "", scope, self._scalar.note)
-        try:
-            self._parts = parser.requirement()
-            self._scalar.is_plain = not parser.is_lifted
-        except LiftedFault as fault:
-            self._parts = []
-            self._scalar.note_fault(fault)
+        reader = LiftedReader(node.text or "", scope, self._scalar.note)
+        self._tree = reader.tree("requirement")
+        self._parts = [] if self._tree is None else reader.requirement(self._tree)
+        if self._tree is not None:
+            self._scalar.read(reader, self._tree)
 
     def expect(self, instances: int) -> None:
         """Count the predicates."""
-        self._scalar.expect(instances * sum(p.least_characters() for p in self._parts if isinstance(p, Formula)))
+        self._scalar.expect(instances * sum(p.least for p in self._parts if isinstance(p, Formula)))
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the requirement."""
-        return [self._scalar.ground(lambda: self._pieces(choice))]
+        return [self._scalar.ground(lambda: self._ground(choice))]
 
-    def _pieces(self, choice: Choice) -> Pieces:
-        text = self._scalar.lifted.text or ""
-        pieces: Pieces = []
-        for part in self._parts:
-            if pieces:
-                at = pieces[-1][2]
-                pieces.append((" ", at, at + 1))
-            ground = part.ground(choice) if isinstance(part, Formula) else None
-            if isinstance(part, tuple):
-                pieces.append(part)
-            elif isinstance(ground, bool):
-                pieces.append((str(ground).lower(), 0, len(text)))
-            elif ground is not None:
-                pieces += ground.pieces
-        return pieces
+    def _ground(self, choice: Choice) -> GroundTree:
+        tree = self._tree
+        assert tree is not None  # noqa: S101 - a requirement without one is wrong
+        parts = [as_tree(part.ground(choice), tree) if isinstance(part, Formula) else part for part in self._parts]
+        characters = sum(part.characters if isinstance(part, GroundTree) else 10 for part in parts)
+        children: list[Any] = [part.tree if isinstance(part, GroundTree) else part for part in parts]
+        return GroundTree(Tree(tree.data, children, tree.meta), characters)
 
 
 class ActionTemplate(NodeTemplate):
@@ -288,19 +303,25 @@ class ActionTemplate(NodeTemplate):
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
         self._scalar = _LiftedScalar(node, report, scope.names.limit)
+        reader = LiftedReader(node.text or "", scope, self._scalar.note)
+        tree = reader.tree("action")
         self._bounds: tuple[Bound, ...] = ()
-        self._action = AtomFormula([])
-        try:
-            self._bounds, self._action = LiftedParser(node.text or "", scope, self._scalar.note).action()
-        except LiftedFault as fault:
-            self._scalar.note_fault(fault)
+        self._action: AtomFormula | None = None
+        if tree is not None:
+            self._bounds, self._action = reader.action(tree)
+            self._scalar.read(reader, tree)
 
     def expect(self, instances: int) -> None:
         """Count the actions for all objects."""
-        self._scalar.expect(instances * prod(bound.count for bound in self._bounds) * self._action.least_characters())
+        if self._action is not None:
+            number = instances * prod(bound.count for bound in self._bounds)
+            self._scalar.expect(number * self._action.least)
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the actions."""
+        action = self._action
+        if action is None:
+            return [self._scalar.ground(lambda: True)]
         choices: list[Choice] = [choice]
         try:
             for bound in self._bounds:
@@ -308,7 +329,7 @@ class ActionTemplate(NodeTemplate):
         except LiftedFault as fault:
             self._scalar.note_fault(fault)
             choices = [choice]
-        return [self._scalar.ground(partial(self._action.pieces, each)) for each in choices]
+        return [self._scalar.ground(partial(action.ground, each)) for each in choices]
 
 
 class NameTemplate(NodeTemplate):
@@ -316,11 +337,16 @@ class NameTemplate(NodeTemplate):
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
         self._scalar = _LiftedScalar(node, report, scope.names.limit)
-        self._name = LiftedParser(node.text or "", scope, self._scalar.note).reference()
+        reader = LiftedReader(node.text or "", scope, self._scalar.note)
+        self._slots = reader.names()
+        self._scalar.is_plain = not self._slots
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the ground name."""
-        return [self._scalar.ground(lambda: self._name.pieces(choice))]
+        return [self._scalar.ground(lambda: self._scalar.rewritten(self._names(choice)))]
+
+    def _names(self, choice: Choice) -> dict[tuple[int, int], str]:
+        return {span: slot.name(choice) for span, slot in self._slots.items()}
 
 
 def refuse_parameters_in_text(node: YamlNode, report: ErrorCollector, remedy: str) -> None:
@@ -344,19 +370,15 @@ class TextTemplate(NodeTemplate):
                 remedy = suggestion(match[1], scope.parameters, "the parameters here are")
                 self._scalar.note(Slug.UNKNOWN_OBJECT, f"there is no parameter `{match[1]}`", *match.span(1), remedy)
 
+        self._scalar.is_plain = not any(match[1] in scope.parameters for match in _IN_TEXT.finditer(node.text or ""))
+
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the text with the names of objects."""
-        return [self._scalar.ground(lambda: self._pieces(choice))]
+        return [self._scalar.ground(lambda: self._scalar.rewritten(self._objects(choice)))]
 
-    def _pieces(self, choice: Choice) -> Pieces:
-        text = self._scalar.lifted.text or ""
-        pieces: Pieces = []
-        begin = 0
-        for match in _IN_TEXT.finditer(text):
-            if match[1] in self._parameters:
-                pieces += [(text[begin : match.start()], begin, match.start()), (choice[match[1]], *match.span())]
-                begin = match.end()
-        return [*pieces, (text[begin:], begin, len(text))]
+    def _objects(self, choice: Choice) -> dict[tuple[int, int], str]:
+        found = _IN_TEXT.finditer(self._scalar.lifted.text or "")
+        return {match.span(): choice[match[1]] for match in found if match[1] in self._parameters}
 
 
 class ListTemplate(NodeTemplate):
@@ -390,6 +412,11 @@ class MappingTemplate(NodeTemplate):
         self._node = node
         self._entries = entries
         self._report = report
+
+    def below(self, *keys: str) -> NodeTemplate | None:
+        """Return the template at the end of a path of keys."""
+        values = (value for entry, value, _ in self._entries if keys and entry.key == keys[0])
+        return super().below(*keys) if not keys else next((value.below(*keys[1:]) for value in values), None)
 
     def expect(self, instances: int) -> None:
         """Count what the values have."""

@@ -9,7 +9,6 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, text_node, with_entries
-from scbm.files.expansion.formulas import IndexedName, LiftedFault
 from scbm.files.expansion.lifted_entries import (
     MAX_CHOICES,
     LiftedKey,
@@ -19,10 +18,11 @@ from scbm.files.expansion.lifted_entries import (
     part_of_key,
     without_errors,
 )
-from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
+from scbm.files.expansion.lifted_names import IndexedName, LiftedNames, LiftedScope
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
 from scbm.files.expansion.stage_keys import LIFTED_SECTIONS, REQUIREMENT_KEYS
 from scbm.files.expansion.static_facts import WORD, StaticFacts, joined, read_facts
+from scbm.files.expansion.work_limit import LiftedFault
 from scbm.files.language.scope import name_fault
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.document import YamlNode
@@ -39,8 +39,8 @@ from scbm.model.variables import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.files.expansion.formulas import Formula
     from scbm.files.expansion.node_templates import NodeKind, NodeTemplate
+    from scbm.files.expansion.object_formulas import Formula
     from scbm.files.yaml.error_collector import ErrorCollector
 
 _INDEXED = ("variables", "resources", "operations")
@@ -49,8 +49,8 @@ _INDEXED = ("variables", "resources", "operations")
 _KINDS: dict[str, NodeKind] = {"goals": "predicate", "requirements": "requirement"}
 """The kind of text of an entry that is no mapping, for each section."""
 
-_GUARDS = ("pre", "guard", "g")
-"""The keys of guards: a conjunct that reads no variable excludes choices as `where` does."""
+_GUARDS = ("guard", "g")
+"""The keys of guards of entries without the key `pre`."""
 
 
 def expand_objects(document: YamlNode, report: ErrorCollector) -> YamlNode:
@@ -132,7 +132,7 @@ class _ObjectStage:
 
     def _lifted(self, section: str, entry: MappingEntry, kind: NodeKind | None) -> _LiftedEntry | None:
         """Return an entry with its template and its choices; `None` if its key is wrong, which is noted."""
-        key = None
+        key, last = None, 0
         scope = LiftedScope(self._names, part_file=_part_file(entry))
         if "[" in entry.key:
             is_named = section not in _INDEXED[:2]
@@ -148,7 +148,8 @@ class _ObjectStage:
                 self._report.add(fault.slug, fault.message, place, fault.remedy)
                 self._incomplete.append(section)
                 return None
-            self._report.fold_lines(entry.place, last_line(entry.node))
+            last = last_line(entry.node)
+            self._report.fold_lines(entry.place, last)
         scope = scope.with_parameters(key.parameters if key is not None else {})
         maker = TemplateMaker(scope, self._report)
         node, conditions = self._conditions(entry, key, scope)
@@ -159,10 +160,10 @@ class _ObjectStage:
             node = node.items["requirement"]
         lifted = _LiftedEntry(entry, key, maker.template(node, kind))
         if key is not None:
-            conditions += self._guard_conditions(node, scope)
+            conditions += _conditions_of_guard(lifted.template)
             lifted.choices = self._choices(section, key, conditions)
             parameters = {kind: name for name, kind in reversed(key.parameters.items())}
-            self._report.fold_lines(entry.place, last_line(entry.node), len(lifted.choices), parameters)
+            self._report.fold_lines(entry.place, last, len(lifted.choices), parameters)
             if not lifted.choices:
                 self._warn_of_no_instance(key)
         return lifted
@@ -210,15 +211,6 @@ class _ObjectStage:
             self._report.add(Slug.NOT_STATIC, message, entry.node.key_places["where"], remedy)
             return node, []
         return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conjuncts()]
-
-    def _guard_conditions(self, node: YamlNode, scope: LiftedScope) -> list[Formula]:
-        """Return the conjuncts of a guard that read no variable; errors in the guard are noted with the entry."""
-        guard = node.get("pre")
-        guard = guard.get("g") if guard is not None else node.get("guard") or node.get("g")
-        if guard is None or guard.condemned or isinstance(guard.plain, dict):
-            return []
-        template = PredicateTemplate(guard, scope, self._report)
-        return [formula for formula in template.conjuncts() if formula.is_static]
 
     def _choices(self, section: str, key: LiftedKey, conditions: list[Formula]) -> list[tuple[str, ...]]:
         try:
@@ -324,6 +316,13 @@ class _ObjectStage:
             message = f"`{lifted.key.shown}` has the instance `{made.key}`, which is in {line} already"
         remedy = "leave out one of them, or exclude these objects with `where`"
         self._report.add(Slug.DUPLICATE_NAME, message, made.place, remedy)
+
+
+def _conditions_of_guard(template: NodeTemplate) -> list[Formula]:
+    """Return the conjuncts of the guard of an entry that read no variable: they exclude choices as `where` does."""
+    guards = (template.below("pre", "g"), *(template.below(key) for key in _GUARDS if template.below("pre") is None))
+    guard = next((each for each in guards if isinstance(each, PredicateTemplate)), None)
+    return [] if guard is None else [formula for formula in guard.conjuncts() if formula.is_static]
 
 
 def _is_type(domain: str) -> bool:

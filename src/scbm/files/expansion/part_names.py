@@ -19,7 +19,7 @@ from scbm.files.expansion.expanded_nodes import (
     with_entries,
 )
 from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE, DRAWN_KEYS
-from scbm.files.expansion.static_facts import QUANTIFIERS
+from scbm.files.language.grammar import QUANTIFIERS
 from scbm.files.language.scope import name_fault, reserved_names
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug

@@ -20,8 +20,7 @@ from scbm.files.expansion.part_names import (
     parameters_in_text,
 )
 from scbm.files.expansion.stage_keys import PART_KEYS_OF_MODELS, SHARED_SECTIONS
-from scbm.files.expansion.static_facts import QUANTIFIERS
-from scbm.files.language.grammar import keywords
+from scbm.files.language.grammar import QUANTIFIERS, keywords
 from scbm.files.language.scope import name_fault
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.document import YamlNode

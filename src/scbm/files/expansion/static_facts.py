@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, field
 
 from scbm.files.expansion.stage_keys import shared_section
-from scbm.files.language.grammar import keywords
+from scbm.files.language.grammar import QUANTIFIERS, keywords
 from scbm.files.language.scope import name_fault
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 
 WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """The syntax of the names of types, tables, objects and parameters: without dots, which join ground names."""
-
-QUANTIFIERS = ("forall", "exists", "count")
-"""The words that begin a quantifier; they are keywords only before a parameter."""
 
 MAX_OBJECTS = 10_000
 """The maximum number of objects that the types of a file list: as many as an entry may have instances."""

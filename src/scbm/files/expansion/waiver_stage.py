@@ -11,7 +11,6 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, text_node, with_entries
-from scbm.files.expansion.formulas import LiftedFault
 from scbm.files.expansion.handshakes import misses_requests
 from scbm.files.expansion.lifted_entries import LiftedKey, TooManyChoices, choices_of, lifted_key, without_errors
 from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
@@ -23,6 +22,7 @@ from scbm.files.expansion.node_templates import (
     without,
 )
 from scbm.files.expansion.static_facts import StaticFacts, facts_of, joined, read_facts
+from scbm.files.expansion.work_limit import LiftedFault
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.error_collector import ErrorCollector
 from scbm.model import Slug
@@ -31,7 +31,7 @@ from scbm.model.variables import OperationState
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.files.expansion.formulas import Formula
+    from scbm.files.expansion.object_formulas import Formula
     from scbm.files.yaml.document import YamlNode
     from scbm.model import BehaviorModel
 

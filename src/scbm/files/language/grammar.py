@@ -60,6 +60,32 @@ DURATION: /[0-9]+(\.[0-9]+)?\s*[A-Za-zµ]+/
 %ignore /[ \t\r\n\f]+/
 """
 
+_LIFTED_ATOMS = r"""
+     | QUANTIFIER bound ("," bound)* "." "(" implication ")" -> quantified
+     | COUNT bound ("," bound)* "." "(" implication ")" RELATION INTEGER -> counted
+     | NAME "(" [implication] ("," [implication])* ")" -> row
+     | NAME _IN NAME -> within
+"""
+_LIFTED_ACTION = """
+      | FORALL bound ("," bound)* "." "(" action ")" -> all_actions
+      | FORALL bound ("," bound)* "." action -> all_actions
+"""
+_LIFTED_RULES = r"""
+bound: BOUND (_IN | ":") BOUND
+BOUND: /[^\W\d]\w*(\.[^\W\d]\w*)*/
+FORALL.4: /forall(?=\s+(?!in(?![\w.]))[^\W\d])/
+QUANTIFIER.3: /(forall|exists)(?=\s+(?!in(?![\w.]))[^\W\d])/
+COUNT.3: /count(?=\s+(?!in(?![\w.]))[^\W\d])/
+"""
+QUANTIFIERS = ("forall", "exists", "count")
+"""The words that begin a quantifier; they are keywords only before a parameter."""
+
+_NAME = r"/[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*/"
+_INDEXED_NAME = (
+    r"/[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*"
+    r"(\s*\[[^\[\](){}]*\](_[A-Za-z0-9_]+|(\.[A-Za-z_][A-Za-z0-9_]*)*))?/"
+)
+
 _WORDS = ("true", "false", "in")
 """The keywords of predicates."""
 
@@ -73,6 +99,13 @@ def grammar() -> str:
     forms = "\n           | ".join(f"{_rule(form.pattern)} -> {_FORM}{name}" for name, form in FORMS.items())
     terminals = (f"{_terminal(word)}.2: /{word}(?![\\w.])/" for word in _requirement_words())
     return _GRAMMAR.replace("<forms>", forms).replace("<keywords>", "\n".join(terminals))
+
+
+def lifted_grammar() -> str:
+    """Return the grammar of texts with quantifiers, rows of tables, and names with an index."""
+    text = grammar().replace("     | sum -> bare\n", f"     | sum -> bare{_LIFTED_ATOMS}")
+    text = text.replace("-> subtract\n", f"-> subtract{_LIFTED_ACTION}")
+    return text.replace(_NAME, _INDEXED_NAME) + _LIFTED_RULES
 
 
 def form_of(rule: str) -> type[RequirementForm]:

@@ -21,24 +21,27 @@ from scbm.model.json_reader import read_json
 TABLES = Path(__file__).with_name("parser_tables.json")
 """The file of the tables. After a change of the grammar, `pytest tests/unit/files --update-golden` writes it."""
 
+LIFTED_TABLES = TABLES.with_name("lifted_parser_tables.json")
+"""The same for texts with quantifiers and indices, which most models do not have."""
+
 _MAX_CHARACTERS = 1_000_000
 
 
-def parser_of(grammar: str) -> Lark:
+def parser_of(grammar: str, tables: Path) -> Lark:
     """Return the parser of a grammar with the start symbols `predicate`, `action` and `requirement`."""
-    return stored_parser(grammar) or built_parser(grammar)
+    return stored_parser(grammar, tables) or built_parser(grammar)
 
 
-def stored_parser(grammar: str) -> Lark | None:
+def stored_parser(grammar: str, tables: Path) -> Lark | None:
     """Return the parser of the stored tables; `None` if they are not those of this grammar and this version of Lark."""
     try:
-        stored: Any = read_json(TABLES.read_text(encoding="utf-8"), _MAX_CHARACTERS)
+        stored: Any = read_json(tables.read_text(encoding="utf-8"), _MAX_CHARACTERS)
     except (OSError, ValueError):  # the file is missing or damaged
         return None
     if not isinstance(stored, dict) or (stored.get("lark"), stored.get("grammar")) != (lark.__version__, grammar):
         return None
-    tables = pickle.dumps(_with_numbers(stored["tables"]))  # `Lark.load` reads no other format
-    return Lark.load(BytesIO(tables))
+    pickled = pickle.dumps(_with_numbers(stored["tables"]))  # `Lark.load` reads no other format
+    return Lark.load(BytesIO(pickled))
 
 
 def built_parser(grammar: str) -> Lark:

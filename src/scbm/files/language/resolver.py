@@ -96,23 +96,25 @@ class Resolver:
 
     # whole texts
 
-    def read_predicate(self, text: str) -> Predicate | None:
+    def read_predicate(self, text: str | SyntaxTree) -> Predicate | None:
         """Return the predicate of a text."""
         tree = self._tree(text, "predicate")
         return None if tree is None else self.predicate(tree)
 
-    def read_action(self, text: str) -> Action | None:
+    def read_action(self, text: str | SyntaxTree) -> Action | None:
         """Return the action of a text."""
         tree = self._tree(text, "action")
         return None if tree is None else self.action(tree)
 
-    def read_requirement(self, text: str) -> RequirementForm | None:
+    def read_requirement(self, text: str | SyntaxTree) -> RequirementForm | None:
         """Return the requirement of a text."""
         tree = self._tree(text, "requirement")
         return None if tree is None else self.requirement(tree)
 
-    def _tree(self, text: str, start: Start) -> SyntaxTree | None:
+    def _tree(self, text: str | SyntaxTree, start: Start) -> SyntaxTree | None:
         self._start = start
+        if not isinstance(text, str):
+            return text
         try:
             return parse(text, start)
         except SyntaxFault as fault:

@@ -17,11 +17,12 @@ from scbm.files.language.grammar import (
     grammar,
     keyword_phrases,
     keywords,
+    lifted_grammar,
     opening_words,
     requirement_phrases,
     words_after_predicates,
 )
-from scbm.files.language.parser_tables import parser_of
+from scbm.files.language.parser_tables import LIFTED_TABLES, TABLES, parser_of
 from scbm.files.spelling import nearest
 from scbm.model import FORMS, RequirementForm, Slug
 
@@ -262,7 +263,9 @@ _TERMINALS = {
 
 def _expected(accepted: Collection[str]) -> str | None:
     phrases = {terminal: f"`{phrase}`" for terminal, phrase in requirement_phrases().items()}
-    names = [name for terminal, name in (_TERMINALS | phrases).items() if terminal in accepted]
+    is_name = "_IN" in accepted  # after it, `(` begins a row of a table, which few mean
+    known = (_TERMINALS | phrases).items()
+    names = [name for terminal, name in known if terminal in accepted and not (is_name and terminal == "LPAR")]
     if not names and "SIGN" in accepted:
         names = ["`+`", "`-`"]
     return f"expected {_alternatives(names)}" if names else None
@@ -291,33 +294,34 @@ MAX_DEPTH = 60
 
 
 @cache
-def _parser(_: tuple[type[RequirementForm], ...]) -> Lark:
+def _parser(_: tuple[type[RequirementForm], ...], *, is_lifted: bool) -> Lark:
     """Return the parser for the forms of requirements that there are now."""
-    return parser_of(grammar())
+    return parser_of(lifted_grammar(), LIFTED_TABLES) if is_lifted else parser_of(grammar(), TABLES)
 
 
-def parse(text: str, start: Start) -> SyntaxTree:
-    """Return the syntax tree of a text. Raises `SyntaxFault`."""
+def parse(text: str, start: Start, *, is_lifted: bool = False) -> SyntaxTree:
+    """Return the syntax tree of a text; of a lifted one also with quantifiers and indices. Raises `SyntaxFault`."""
     if len(text) > MAX_CHARACTERS:
         message = f"this text has {len(text):,} characters; at most {MAX_CHARACTERS:,} fit"
         raise SyntaxFault(Slug.TEXT_TOO_LONG, message, 0, 1, "divide it: a list of predicates is their conjunction")
     if not text.strip():
         raise SyntaxFault(SLUGS[start], f"an empty {start}", 0, 1, example(start))
     try:
-        tree = _parsed(text, start, tuple(FORMS.values()))
+        tree = _parsed(text, start, tuple(FORMS.values()), is_lifted=is_lifted)
     except UnexpectedInput as error:
         raise syntax_fault(error, text, start) from None
-    _refuse_depth(tree)
+    refuse_depth(tree)
     return tree
 
 
 @lru_cache(maxsize=2_000)
-def _parsed(text: str, start: Start, forms: tuple[type[RequirementForm], ...]) -> SyntaxTree:
+def _parsed(text: str, start: Start, forms: tuple[type[RequirementForm], ...], *, is_lifted: bool) -> SyntaxTree:
     """Return the tree of a text, which nothing changes: hundreds of operations of a model have the same actions."""
-    return _parser(forms).parse(text, start=start)
+    return _parser(forms, is_lifted=is_lifted).parse(text, start=start)
 
 
-def _refuse_depth(tree: SyntaxTree) -> None:
+def refuse_depth(tree: SyntaxTree) -> None:
+    """Raise `SyntaxFault` for a tree that is too deep."""
     level: list[SyntaxTree] = [tree]
     for _ in range(MAX_DEPTH):
         level = [child for parent in level for child in parent.children if isinstance(child, Tree)]

@@ -11,6 +11,8 @@ from scbm.model import Place
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from lark import Token, Tree
+
 _LINE_END = re.compile(r"\r\n|\r|\n")
 """The line ends that editors know; `str.splitlines` knows seven more."""
 
@@ -53,7 +55,10 @@ class Scalar:
         begin: where its content begins in the source: its first character, its quote, or `|` or `>`.
         end: where it ends.
         style: its YAML style: a quote, `|`, `>`, or nothing.
+        syntax: the syntax tree of a text that is parsed already; `None` for all others.
     """
+
+    syntax: Tree[Token] | None = None
 
     __slots__ = ("_offsets", "_source", "begin", "end", "style", "text")
 
