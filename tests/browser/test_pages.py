@@ -40,7 +40,7 @@ PICTURED = {
 }
 """The pictures of the documentation: an address and a theme for each."""
 
-EXPLAIN_FIRST = "scbm explain examples/robot_in_the_air/before.yaml robot_move_to_home/disabled"
+EXPLAIN_FIRST = "scbm explain examples/robot_in_the_air/before.yaml robot_move_to_toolbox_gripper/disabled"
 RUN_CASE_6 = "scbm run examples/robot_in_the_air/before.yaml --seed 1 --case 6"
 
 
@@ -71,10 +71,17 @@ def test_it_opens_with_the_figure_and_what_is_missing(visit: Visit, before: Path
     expect(page).to_have_title(re.compile("robot_in_the_air"))
     expect(shown(page)).to_have_count(1)
     expect(shown(page).locator(".large")).to_have_text("46.51 %")
-    rows = shown(page).locator("table").first.locator("tbody tr")
-    expect(rows).to_have_count(46)
-    expect(rows.first).to_have_attribute("data-obligation", "robot_move_to_home/disabled")
-    expect(rows.first.locator(".command code")).to_have_text(EXPLAIN_FIRST)
+    groups = shown(page).locator("details.group")
+    expect(groups).to_have_count(6)
+    assert sum(int(group.get_attribute("data-count") or "") for group in groups.all()) == 46
+    first = groups.first
+    expect(first.locator(".command")).to_be_hidden()
+    first.locator("summary").click()
+    expect(first.locator(".command code")).to_have_text(EXPLAIN_FIRST)
+    expect(first.locator("tbody tr").first).to_have_attribute(
+        "data-obligation", "robot_move_to_toolbox_gripper/disabled"
+    )
+    expect(first.locator("tbody tr:visible")).to_have_count(14)
     expect(page.locator("header .runs[data-runs='1']")).to_have_attribute("data-started", "2026-11-21")
     wording(page.locator("header .runs").inner_text())
 
@@ -132,7 +139,7 @@ def test_the_matrix_counts_cases_and_leads_to_them(visit: Visit, before: Path) -
     page = visit.open(before, "#/operations")
     row = shown(page).get_by_role("row").filter(has_text="gripper_close")
     expect(row.locator("td").first).to_have_text("● 3")
-    expect(row.locator("[data-value='0'] .mark.missed")).to_have_count(3)
+    expect(row.locator("[data-value='0'].missed")).to_have_count(3)
     link(page, "cases?visits=gripper_close%2Fexecuting").and_(page.locator(":visible")).click()
     expect(shown(page).locator("tbody tr")).to_have_count(3)
     expect(shown(page).locator(".chip")).to_have_attribute("data-visits", "gripper_close/executing")
@@ -168,8 +175,10 @@ def test_rows_are_filtered(visit: Visit, before: Path) -> None:
     shown(page).locator("input.filter").fill("robot timedout")
     rows = shown(page).locator("tbody tr:visible")
     expect(rows).to_have_count(11)  # nine operations that are named so, and two whose requests it gets
+    shown(page).locator("input.filter").fill("no such name")
+    expect(shown(page).locator("details.group:visible")).to_have_count(0)
     shown(page).locator("input.filter").fill("")
-    expect(rows).to_have_count(48)
+    expect(shown(page).locator("details.group:visible")).to_have_count(6)
 
 
 def test_an_operation_has_its_lifecycle_its_text_and_its_cases(visit: Visit, before: Path, wording: Wording) -> None:
@@ -422,7 +431,9 @@ def test_the_theme_is_chosen_and_remembered(visit: Visit, before: Path) -> None:
 
 def test_commands_are_copied(visit: Visit, before: Path) -> None:
     page = visit.open(before, permissions=["clipboard-read", "clipboard-write"])
-    button = shown(page).locator("tbody tr").first.locator("button.copy")
+    group = shown(page).locator("details.group").first
+    group.locator("summary").click()
+    button = group.locator("button.copy")
     button.click()
     expect(button).to_have_attribute("data-copied", "")
     assert page.evaluate("navigator.clipboard.readText()") == EXPLAIN_FIRST
@@ -445,14 +456,22 @@ def test_everything_is_reached_by_the_keyboard(visit: Visit, before: Path) -> No
     assert page.evaluate("document.activeElement.closest('.page.shown') !== null")
 
 
-def test_without_a_script_all_pages_stand_below_each_other(visit: Visit, before: Path, wording: Wording) -> None:
+def notice_without_script(page: Page) -> str:
+    """Return the sentence about what is not shown; it is no text of the page where scripts run."""
+    return page.locator("[data-notice=no-script]").inner_text()
+
+
+def test_without_a_script_pages_stand_below_each_other(visit: Visit, before: Path, wording: Wording) -> None:
     page = visit.open(before, java_script_enabled=False)
     expect(page.locator(".large")).to_have_text("46.51 %")
     expect(page.locator("[data-missing='46']")).to_be_visible()
-    expect(page.locator("[data-obligation='automatic/gripper_failed']")).to_be_visible()
-    wording(page.locator("[data-obligation='automatic/gripper_failed']").inner_text())
-    expect(page.locator('[id="/operation/pick_item_a"] svg')).to_be_visible()
-    expect(page.locator('[id="/source/104"] .branches')).to_be_visible()
+    group = page.locator("details.group").last
+    group.locator("summary").click()
+    expect(group.locator("[data-obligation='automatic/gripper_failed']")).to_be_visible()
+    wording(group.inner_text())
+    wording(notice_without_script(page))
+    expect(page.locator('[id="/operations"] tbody tr:visible')).to_have_count(22)
+    expect(page.locator('[id="/cases"] tbody tr:visible')).to_have_count(20)
     expect(page.locator('[id="/growth"] svg').first).to_be_visible()
     expect(page.locator('[id="/findings"] [data-notice=nothing-failed]')).to_be_visible()
     expect(page.locator("button:visible:not(.gutter), input:visible")).to_have_count(0)

@@ -142,6 +142,13 @@ _SINGULAR = {"they wait": "it waits", "they complete": "it completes", "they cha
 }
 _IN_SINGULAR = re.compile("|".join(_SINGULAR))
 
+
+def joined_advice(advice: Sequence[CoverAdvice]) -> CoverAdvice:
+    """Return one advice for obligations that lack the same means, with what the first of them lack."""
+    first = advice[0]
+    return CoverAdvice(first.means, in_few(tuple(dict.fromkeys(each.missing for each in advice))), first.states)
+
+
 CHANCE = CoverAdvice(CoverMeans.CHANCE)
 
 

@@ -54,7 +54,7 @@ STATUS_MARKS = {
 }
 """One character for each status: reports do not rely on colours alone."""
 
-FORCED_MARK = "!"
+FORCED_MARK = "▲"
 """The mark beside that of the status, for an obligation that only forced states visit."""
 
 _STATUS_STYLES = {Decision.COVERED: "dim green", Decision.UNDECIDED: "red"}

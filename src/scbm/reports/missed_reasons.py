@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from scbm.cases.coverage import ObligationStatus
     from scbm.model import BehaviorModel
+    from scbm.reports.cover_advice import CoverAdvice
     from scbm.store import History
     from scbm.testing import CampaignResult
 
@@ -26,12 +27,19 @@ class Missed(Struct, frozen=True):
         obligation: the obligation.
         reason: what happened instead, as part of a sentence; or its status, and why it has it.
         command: the command that shows the shortest case that visits it, or why there is none.
+        status: its status.
+        sort: what happened instead, as a predicate about several obligations without their details: `are in no plan`.
+        detail: what the reason says beyond that of others of the same sort: a guard, how many cases, what is lacking.
+        advice: what would cover it; `None` if it has another status than undecided.
     """
 
     obligation: Obligation
     reason: str
     command: str
     status: Decision = Decision.UNDECIDED
+    sort: str = ""
+    detail: str = ""
+    advice: CoverAdvice | None = None
 
 
 def missed_reasons(result: CampaignResult | History, file: str, kind: CampaignKind) -> tuple[Missed, ...]:
@@ -50,8 +58,10 @@ def missed_reasons(result: CampaignResult | History, file: str, kind: CampaignKi
 
     def missed(status: ObligationStatus) -> Missed:
         command = f"scbm explain {shown_path(file)} {shell_word(str(status.obligation))}"
-        reason = reasons.why(status.obligation) if status.decision is Decision.UNDECIDED else status.words
-        return Missed(status.obligation, reason, command, status.decision)
+        if status.decision is Decision.UNDECIDED:
+            return reasons.why(status.obligation, command)
+        words, decision = status.words, status.decision
+        return Missed(status.obligation, words, command, decision, f"are {decision.words}", status.reason)
 
     found = [status for status in result.statuses.entries if status.marked is not Decision.COVERED]
     return tuple(missed(status) for status in sorted(found, key=lambda status: not status.obligation.counts))
@@ -68,24 +78,32 @@ class _MissedReasons(Struct, frozen=True):
     cases: int
     advisor: CoverAdvisor
 
-    def why(self, obligation: Obligation) -> str:
-        """Return how far the cases came, and what would cover the obligation."""
-        advice = self.advisor.advice(obligation)
-        subject = obligation.subject
+    def why(self, obligation: Obligation, command: str) -> Missed:
+        """Return a missed obligation: how far the cases came, and what would cover it."""
+        subject, advice = obligation.subject, self.advisor.advice(obligation)
         if obligation.aspect is Aspect.TAKEN:
-            never = f"its guard never held: {self._guard(subject)}"
-            return never if advice.means is CoverMeans.GUARDED else f"{never}; {advice.about_one}"
+            guard = self._guard(subject)
+            words = "" if advice.means is CoverMeans.GUARDED else f"; {advice.about_one}"
+            reason = f"its guard never held: {guard}{words}"
+            return Missed(obligation, reason, command, sort="were never taken", detail=guard, advice=advice)
         planned, executed = self._cases(subject, Aspect.QUEUED), self._cases(subject, Aspect.EXECUTING)
+        often = ""
         if not planned:
-            queued = self.advisor.advice(Obligation(subject, Aspect.QUEUED)).about_one
-            return f"in no plan of {counted(self.cases, 'case')}: {queued.removeprefix('no plan needs it: ')}"
-        if obligation.aspect is Aspect.DISABLED:
-            how = "an injection can disable it" if advice.means is CoverMeans.UNDISTURBED else advice.about_one
-            return f"its precondition held whenever it was next in the plan: {how}"
-        if not executed:
-            start = self.advisor.advice(Obligation(subject, Aspect.EXECUTING)).about_one
-            return f"planned in {counted(planned, 'case')}, but it never started: {start}"
-        return f"executed in {counted(executed, 'case')}, {_INSTEAD[obligation.aspect]}: {advice.about_one}"
+            one = f"in no plan of {counted(self.cases, 'case')}"
+            sort, advice = f"are {one}", self.advisor.advice(Obligation(subject, Aspect.QUEUED))
+        elif obligation.aspect is Aspect.DISABLED:
+            one = "its precondition held whenever it was next in the plan"
+            sort = "were ready whenever they were next in a plan"
+        elif not executed:
+            often, sort = f"planned in {counted(planned, 'case')}", "were planned, but never started"
+            one, advice = f"{often}, but it never started", self.advisor.advice(Obligation(subject, Aspect.EXECUTING))
+        else:
+            often, never = f"executed in {counted(executed, 'case')}", _NEVER[obligation.aspect]
+            one, sort = f"{often}, and it {never}", f"were executed, but {never}"
+        is_injected = advice.means is CoverMeans.UNDISTURBED
+        words = "an injection can disable it" if is_injected else advice.about_one.removeprefix("no plan needs it: ")
+        detail = "; ".join(filter(None, (often, advice.missing)))
+        return Missed(obligation, f"{one}: {words}", command, sort=sort, detail=detail, advice=advice)
 
     def _cases(self, subject: str, aspect: Aspect) -> int:
         return self.visits[Obligation(subject, aspect)]
@@ -94,9 +112,5 @@ class _MissedReasons(Struct, frozen=True):
         return next(str(t.running_guard) for t in self.model.automatic_transitions if t.name == name)
 
 
-_INSTEAD = {
-    Aspect.FAILED: "and it never failed",
-    Aspect.TIMEDOUT: "and it never timed out",
-    Aspect.COMPLETED: "and it never completed",
-}
+_NEVER = {Aspect.FAILED: "never failed", Aspect.TIMEDOUT: "never timed out", Aspect.COMPLETED: "never completed"}
 """What did not happen to an operation that executed."""

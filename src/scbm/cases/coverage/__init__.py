@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         coverable_figure,
         forced_count_in_words,
         status_counts_in_words,
+        visits_in_words,
     )
     from scbm.cases.coverage.visits import (
         Coverage,
@@ -97,6 +98,7 @@ __all__ = [
     "status_counts_in_words",
     "visited_by",
     "visitors_of_each",
+    "visits_in_words",
 ]
 
 __getattr__ = lazy_exports(
@@ -113,7 +115,7 @@ __getattr__ = lazy_exports(
         "set_cover": "Cover smallest_cover",
         "statuses": (
             "FORCED_NOTE Decision ObligationStatus Statuses StatusProof WaiverReview count_statuses coverable_figure "
-            "forced_count_in_words status_counts_in_words"
+            "forced_count_in_words status_counts_in_words visits_in_words"
         ),
         "visits": "Coverage GrowthStep Unnamed bits_of growth only_by visited_by visitors_of_each",
     },

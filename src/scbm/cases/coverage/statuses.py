@@ -286,6 +286,12 @@ def forced_count_in_words(forced: int) -> str:
     return f"{forced} visited in forced states only, which SCBM-IAS counts" if forced else ""
 
 
+def visits_in_words(figure: Figure, forced: int) -> str:
+    """Return how many obligations are visited, and if there are forced ones, how many of each kind: both add up."""
+    kinds = f": {figure.visited - forced} freely, {forced} in forced states only" if forced else ""
+    return f"{figure.visited} of {figure.of} obligations visited{kinds}"
+
+
 def status_counts_in_words(counts: Mapping[Decision, int]) -> str:
     """Return `76 covered, 10 uncoverable, 0 undecided of 86`; the other statuses are named if there are any."""
     shown = [f"{count} {status.words}" for status, count in counts.items() if count or status.is_always_counted]

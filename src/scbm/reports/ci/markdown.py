@@ -12,8 +12,8 @@ from scbm.cases.coverage import (
     Decision,
     Figure,
     InstanceFolds,
-    forced_count_in_words,
     status_counts_in_words,
+    visits_in_words,
 )
 from scbm.model.visible_text import counted, escaped
 from scbm.reports.cover_advice import CampaignKind
@@ -89,8 +89,7 @@ def _headline(history: History) -> str:
     mark = "❌" if history.failed else "✅" if history.cases else "⚪"
     bar = "" if figure.percent is None else f"`{_bar(figure, _BAR_WIDTH)}` "
     cases = f"{counted(len(history.cases), 'case')}: {', '.join(_ends(history))}" if history.cases else "no cases"
-    forced = forced_count_in_words(history.statuses.forced)
-    visited = f"{figure.visited} of {figure.of} obligations visited{f', {forced}' if forced else ''}"
+    visited = visits_in_words(figure, history.statuses.forced)
     failed = f"**{len(history.failed)} failed**; " if history.failed else ""
     words = short_of_goal_in_words(history.short_count, history.short)
     short = f"\nPassed short of the goal: {_plain(words)}\n" if words else ""

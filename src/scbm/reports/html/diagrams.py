@@ -102,6 +102,10 @@ _MARKS = {Decision.COVERED: ("visited", "✓ "), Decision.UNDECIDED: ("missed", 
 """The colour and the character of the usual statuses; others have those of their own."""
 
 
+ARROW_HEAD = "arrow-head"
+"""The identifier of the marker at the ends of arrows, which the page defines once for all pictures."""
+
+
 def lifecycle_svg(history: History, operation_name: str) -> str:
     """Return the lifecycle of an operation as `<svg>`. Each state links to the cases that visit it.
 
@@ -117,17 +121,20 @@ def lifecycle_svg(history: History, operation_name: str) -> str:
     description = ". ".join((f"States and the cases that visited them: {visits}", *others)) + "."
     root = picture(title, description, f"lifecycle-{operation_name}", role="group", class_="lifecycle")
     root.set("viewBox", f"0 0 {_WIDTH} {_HEIGHT}")
-    root.set("font-family", "system-ui, sans-serif")
     root.set("font-size", "13")
-    _arrow_head(root, operation_name)
-    _arrows(root, operation, _ways_to_fail(history.model, operation))
+    root.set("fill", colour("fg"))
+    root.set("text-anchor", "middle")
+    arrows = add(root, "g", fill="none", stroke=colour("muted"), stroke_width="1.5")
+    arrows.set("marker-end", f"url(#{ARROW_HEAD})")
+    labels = add(root, "g", fill=colour("muted"), font_size="12")
+    _arrows(_Arrows(arrows, labels), operation, _ways_to_fail(history.model, operation))
     _box(root, "initial", None, None)
     for aspect, count in counts.items():
         target = f"#/cases?visits={quote(f'{operation_name}/{aspect}', safe='')}"
         status = statuses[aspect]
-        words = _cases(count) if status in _MARKS else f"{_cases(count)}, {status.words}"
         link = add(root, "a", href=target)
-        add(link, "title", f"{aspect}: {words}")
+        if status not in _MARKS:
+            add(link, "title", f"{aspect}: {_cases(count)}, {status.words}")
         _box(link, aspect, count, status)
     return written(root)
 
@@ -153,36 +160,25 @@ def _box(parent: Element, state: str, count: int | None, status: Decision | None
     """Add a state: solid if visited, else dashed, in the colour of its status; grey if coverage does not count it."""
     x, y = _PLACES[state]
     paint, mark = ("muted", "") if status is None else _MARKS.get(status, (status.value, f"{STATUS_MARKS[status]} "))
-    middle = x + _BOX_WIDTH / 2
-    group = add(parent, "g", class_=f"state {paint}")
-    add(group, "rect", x=x, y=y, width=_BOX_WIDTH, height=_BOX_HEIGHT, rx=8, fill=colour("surface"))
-    frame = add(group, "rect", x=x, y=y, width=_BOX_WIDTH, height=_BOX_HEIGHT, rx=8, fill=colour(paint))
-    frame.set("fill-opacity", "0" if count is None else "0.12")
-    frame.set("stroke", colour(paint))
-    frame.set("stroke-width", "2")
+    # the parts inherit the colour, so that the pages of hundreds of operations stay small
+    group = add(parent, "g", class_=f"state {paint}", color=colour(paint), transform=f"translate({x} {y})")
+    frame = add(group, "rect", width=_BOX_WIDTH, height=_BOX_HEIGHT, rx=8, stroke="currentColor", stroke_width=2)
+    frame.set("fill", "none" if count is None else "currentColor")
+    frame.set("fill-opacity", "0.12")
     if count == 0:
         frame.set("stroke-dasharray", "6 4")
-    single = count is None
-    name_y = y + (30 if single else 22)
-    name = add(group, "text", x=middle, y=name_y, text_anchor="middle", font_weight="600", fill=colour("fg"))
-    add(name, "tspan", mark, fill=colour(paint)).tail = state
+    name = add(group, "text", x=_BOX_WIDTH / 2, y=30 if count is None else 22, font_weight="600")
+    add(name, "tspan", mark, fill="currentColor").tail = state
     if count is not None:
-        add(group, "text", _cases(count), x=middle, y=y + 40, text_anchor="middle", fill=colour("fg"))
+        add(group, "text", _cases(count), x=_BOX_WIDTH / 2, y=40)
 
 
-def _arrow_head(root: Element, operation: str) -> None:
-    box = {"viewBox": "0 0 8 8", "markerWidth": "8", "markerHeight": "8", "refX": "7", "refY": "4", "orient": "auto"}
-    marker = add(add(root, "defs"), "marker", id=f"arrow-{operation}", markerUnits="userSpaceOnUse", **box)
-    add(marker, "path", d="M0 0 L8 4 L0 8 z", fill=colour("muted"))
-
-
-def _arrows(root: Element, operation: Operation, failing: tuple[str, ...]) -> None:
+def _arrows(arrow: _Arrows, operation: Operation, failing: tuple[str, ...]) -> None:
     """Add the transitions as arrows with labels; dotted if the model can never take them."""
-    arrow = _Arrows(root, f"url(#arrow-{operation.name})")
     arrow.draw("M142 71 H184", (163, 64), "pre", tooltip=str(operation.pre))
     arrow.draw("M298 71 H364", (331, 64), "post", tooltip=str(operation.post))
     arrow.draw("M50 96 V200", (55, 142), "otherwise", anchor="start")
-    arrow.draw("M142 227 H194 Q202 227 202 219 V98", (172, 220), "pre", tooltip=str(operation.pre))
+    arrow.draw("M142 227 H194 Q202 227 202 219 V98", (172, 220), "pre")
     if operation.disabled_deadline_ns is not None:
         after = format_duration(operation.disabled_deadline_ns)
         tooltip = "the disabled deadline has passed: the runner asks for a new plan"
@@ -205,8 +201,10 @@ def _arrows(root: Element, operation: Operation, failing: tuple[str, ...]) -> No
 
 
 class _Arrows(Struct, frozen=True):
-    root: Element
-    head: str
+    """The two groups of a picture that have all arrows and all labels, which inherit colours from them."""
+
+    arrows: Element
+    labels: Element
 
     def draw(
         self,
@@ -218,16 +216,18 @@ class _Arrows(Struct, frozen=True):
         dotted: bool = False,
     ) -> None:
         """Add an arrow along a path, with lines of text below each other from `place` on."""
-        group = add(self.root, "g", class_="arrow")
-        if tooltip:
-            add(group, "title", tooltip)
-        line = add(group, "path", d=way, fill="none", stroke=colour("muted"), stroke_width="1.5")
-        line.set("marker-end", self.head)
+        line = add(self.arrows, "path", d=way)
         if dotted:
             line.set("stroke-dasharray", "2 4")
         x, y = place
-        for index, words in enumerate(lines):
-            add(group, "text", words, x=x, y=y + index * 20, text_anchor=anchor, font_size="12", fill=colour("muted"))
+        first, *others = lines
+        label = add(self.labels, "text", first, x=x, y=y)
+        if anchor != "middle":
+            label.set("text-anchor", anchor)
+        for index, words in enumerate(others, start=1):
+            add(label, "tspan", words, x=x, y=y + index * 20)
+        if tooltip:
+            add(label, "title", tooltip)
 
 
 _CHART_HEIGHT = 300

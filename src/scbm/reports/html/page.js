@@ -33,10 +33,8 @@
     return h("span", { class: `verdict ${failed ? "failed" : "visited"}`, "data-verdict": failed ? "failed" : "passed" }, failed ? "✗ failed" : "✓ passed");
   }
 
-  function command(text) {
-    return h("span", { class: "command" }, h("code", null, text),
-      h("button", { type: "button", class: "copy", "aria-label": "Copy the command" }, "Copy"));
-  }
+  const copyButton = () => h("button", { type: "button", class: "copy", "aria-label": "Copy the command" }, "Copy");
+  const command = (text) => h("span", { class: "command" }, h("code", null, text), copyButton());
 
   // ---- data
 
@@ -56,7 +54,8 @@
     const c = columns();
     return c.label.map((label, i) => `${label}\n${c.goals[c.goal[i]]}\n${c.ends[c.end[i]]}\n${c.places[c.place[i]].join("\n")}`.toLowerCase());
   });
-  const sourceLines = once(() => [...document.querySelectorAll('[id="/source"] .line')].map((line) => (
+  const templates = once(() => new Map([...document.querySelectorAll("template")].map((template) => [template.content.firstElementChild.id, template])));
+  const sourceLines = once(() => [...pageOf("/source").querySelectorAll(".line")].map((line) => (
     { line, text: line.querySelector("code").textContent, number: line.querySelector(".no").textContent }
   )));
 
@@ -81,9 +80,41 @@
     }
   }
 
+  /** Returns the page with an identifier, also one that still stands in its template; null if there is none. */
+  const pageOf = (id) => byId(id) ?? templates().get(id)?.content.firstElementChild ?? null;
+
+  /** Moves a page from its template into the document. */
+  function place(section) {
+    if (!section.isConnected) byId("main").append(section);
+    for (const source of section.querySelectorAll(".source:empty")) fillSource(source);
+    addCopyButtons(section);
+  }
+
+  /** Moves the page of an operation back into its template: hundreds of them would be too much for the document. */
+  function putBack(section) {
+    if (section.matches(".operation")) templates().get(section.id).content.append(section);
+  }
+
+  /** Copies the lines of an operation, and what their marks mean, from the page of the source. */
+  function fillSource(source) {
+    const { first, last } = source.dataset;
+    const lines = sourceLines().slice(first - 1, last).map(({ line }) => line.cloneNode(true));
+    for (const line of lines) {
+      line.removeAttribute("id");
+      line.hidden = false;
+      line.classList.remove("open", "target");
+    }
+    source.append(...lines);
+    source.before(pageOf("/source").querySelector(".of-lines").cloneNode(true));
+  }
+
+  function addCopyButtons(part) {
+    for (const found of part.querySelectorAll(".command:not(:has(.copy))")) found.append(copyButton());
+  }
+
   function sectionOf(route) {
     const named = ["operation", "case", "source"].includes(route.page) && route.name;
-    const section = route.page === "operation" ? byId(`/operation/${route.name}`) : byId(`/${route.page}`);
+    const section = pageOf(route.page === "operation" ? `/operation/${route.name}` : `/${route.page}`);
     if (!section?.classList.contains("page") || (route.name && !named)) return byId("/nothing");
     return route.page === "case" && !indexOf().has(route.name) ? byId("/nothing") : section;
   }
@@ -100,7 +131,11 @@
     leave = null;
     const isFirst = shown === null;
     shown = route;
-    for (const page of document.querySelectorAll(".page.shown")) page.classList.remove("shown");
+    for (const page of document.querySelectorAll(".page.shown")) {
+      page.classList.remove("shown");
+      if (page !== section) putBack(page);
+    }
+    place(section);
     section.classList.add("shown");
     closeResults();
     markNavigation(route.page);
@@ -466,13 +501,37 @@
       row.hidden = !words.every((word) => text.includes(word)) || Boolean(hides && row.classList.contains("covered"));
       left += !row.hidden;
     }
-    for (const entry of page.querySelectorAll("details.entry")) {
+    for (const entry of page.querySelectorAll("details:is(.entry, .group)")) {
       entry.hidden = ![...entry.querySelectorAll("tbody tr")].some((row) => !row.hidden);
       if (words.length) entry.open = !entry.hidden;
     }
     const none = page.querySelector(".none");
     if (none) none.hidden = left > 0;
     say(`${counted(left, "row")} left`);
+  }
+
+  // ---- the picture of all obligations
+
+  /** Returns the obligation below the pointer: its subject and its aspect; null if the row is shorter. */
+  function cellAt(event) {
+    const cells = event.currentTarget;
+    const box = cells.getBoundingClientRect();
+    const at = (position, size, name) => Math.floor((position / size) * Number(cells.style.getPropertyValue(name)));
+    const [aspect, names] = columns().strip[at(event.clientY - box.top, box.height, "--rows")] ?? [];
+    const subject = names?.[at(event.clientX - box.left, box.width, "--columns")];
+    return subject ? [subject, aspect] : null;
+  }
+
+  function nameCell(event) {
+    const cell = cellAt(event);
+    const bit = cell && bitOf().get(nameOf(cell));
+    event.currentTarget.parentElement.querySelector(".strip-name").textContent = cell
+      ? `${columns().marks[bit]} ${nameOf(cell)}: ${counted(columns().visitors[bit], "case")}` : "";
+  }
+
+  function openCell(event) {
+    const cell = cellAt(event);
+    if (cell) go(cell[1] === "taken" ? casesThatVisit(nameOf(cell)) : `#/operation/${encodeURIComponent(cell[0])}`);
   }
 
   // ---- the source
@@ -669,6 +728,9 @@
 
   setTheme(THEMES.includes(root.dataset.theme) ? root.dataset.theme : "auto");
   for (const table of document.querySelectorAll("table.sortable")) makeSortable(table);
+  addCopyButtons(document);
+  document.querySelector(".strip-cells")?.addEventListener("pointermove", nameCell);
+  document.querySelector(".strip-cells")?.addEventListener("click", openCell);
   addEventListener("hashchange", show);
   addEventListener("keydown", key);
   addEventListener("scroll", () => { if (shown.address === location.hash) positions.set(shown.address, scrollY); }, { passive: true });

@@ -14,6 +14,7 @@ from markupsafe import Markup
 from scbm.cases.coverage import only_by
 from scbm.model.visible_text import counted, escaped, escaped_data
 from scbm.reports.figure_table import STATUS_MARKS
+from scbm.reports.html.cell_strip import strip_rows
 from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.html.views import ReportView, Visitors, breakable, fragment, prose
@@ -36,6 +37,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
     - `sets`: the visited obligations as hexadecimal digits, lowest first; digit i is for obligations 4 i to 4 i + 3;
     - `visits`, `only`: number of obligations in the figure that a case visits, and of those that no other case visits;
     - `marks`: one character for the status of each obligation;
+    - `strip`: aspect and subjects of each row in the picture of all obligations;
     - `visitors`: number of cases that visit each obligation;
     - `failures`: `[kind, subject, message, number of the cause]` for each failure, by the index of the case as text.
     """
@@ -67,6 +69,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
         "requests": [case.requests for case in cases],
         "visits": [(case.visited & counted).bit_count() for case in cases],
         "marks": [STATUS_MARKS[entry.marked] for entry in history.statuses.entries],
+        "strip": strip_rows(history.model),
         "visitors": [len(cases) for cases in visitors.by_bit],
         "only": [(alone & counted).bit_count() for alone in only_by(history.coverage)],
         "failures": {

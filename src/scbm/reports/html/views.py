@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import cached_property
+from itertools import groupby, islice
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
@@ -17,18 +18,20 @@ from scbm.cases.coverage import (
     Decision,
     InstanceFolds,
     Obligation,
-    forced_count_in_words,
     growth,
     status_counts_in_words,
     visitors_of_each,
+    visits_in_words,
 )
 from scbm.model.visible_text import escaped
 from scbm.reports.asserted_lines import asserted_words
 from scbm.reports.ci.marked_lines import mark_lines
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import FORCED_MARK, STATUS_MARKS, short_of_goal_in_words
+from scbm.reports.html.cell_strip import strip_rows, strip_svg
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
+from scbm.reports.missed_groups import ReasonGroup, reason_groups
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
@@ -49,11 +52,15 @@ if TYPE_CHECKING:
     from scbm.model import Operation, Transition
     from scbm.reports.ci.marked_lines import MarkedLine
     from scbm.reports.html.entries import MissedGroup
+    from scbm.reports.missed_groups import MissedRow
     from scbm.reports.missed_reasons import Missed
-    from scbm.store import History, StoredRun
+    from scbm.store import History, StoredCase, StoredRun
 
 _FIRST = 5
 """Maximum number of cases listed beside an aspect or a finding; the list of cases has all."""
+
+_UNSCRIPTED = 1000
+"""Maximum number of cases that readers without scripts see."""
 
 _BREAKS = re.compile(r"(?<=[_/.])(?=.)", re.DOTALL)
 _COLUMNS = (Aspect.QUEUED, *STATE_ASPECTS)
@@ -100,6 +107,11 @@ class OperationView(Struct, frozen=True):
     def is_covered(self) -> bool:
         """Whether each of its obligations was visited."""
         return all(cell.count for cell in self.cells)
+
+    def rows_of(self, cell: MatrixCell) -> int:
+        """Return the number of cells from this one on that are missing for one reason; 0 if the one before has it."""
+        groups = [tuple(group) for _, group in groupby(self.cells, lambda each: each.missed and each.missed.reason)]
+        return next((len(group) for group in groups if group[0] == cell), 0)
 
 
 class TransitionView(Struct, frozen=True):
@@ -249,6 +261,21 @@ class ReportView:
         """The missing obligations that are proved, waived, or excluded by the planner."""
         return tuple(each for each in self.missed if each.status is not Decision.UNDECIDED)
 
+    @cached_property
+    def undecided_groups(self) -> tuple[ReasonGroup, ...]:
+        """The missing obligations that a case may visit, by their reasons."""
+        return reason_groups(self.undecided)
+
+    @cached_property
+    def other_groups(self) -> tuple[ReasonGroup, ...]:
+        """The missing obligations of another status, by it."""
+        return reason_groups(self.not_needed)
+
+    @staticmethod
+    def rows(missed: tuple[Missed, ...]) -> tuple[MissedRow, ...]:
+        """Return a row for each subject of obligations that are missing for one reason."""
+        return ReasonGroup(missed).rows
+
     @property
     def statuses(self) -> Statuses | None:
         """The statuses of obligations; `None` if visits alone decide them."""
@@ -303,9 +330,24 @@ class ReportView:
         return self.history.statuses.by_obligation[obligation].forced_in_words
 
     @property
-    def forced_words(self) -> str:
-        """The number of obligations that only forced states visit, in words; empty for none."""
-        return forced_count_in_words(self.history.statuses.forced)
+    def visit_words(self) -> str:
+        """The number of visited obligations, freely and in forced states only, in words."""
+        return visits_in_words(self.figure, self.history.statuses.forced)
+
+    @property
+    def strip(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The rows of the picture of all obligations, which is empty for a model without any."""
+        return strip_rows(self.model)
+
+    @property
+    def strip_picture(self) -> Markup:
+        """The picture of all obligations."""
+        return Markup(strip_svg(self.history))  # noqa: S704 - our own SVG, in which names are escaped
+
+    @property
+    def first_cases(self) -> tuple[tuple[str, StoredCase], ...]:
+        """The cases that readers without scripts see, with their labels."""
+        return tuple(islice(zip(self.history.labels, self.history.cases, strict=True), _UNSCRIPTED))
 
     @property
     def forced_mark(self) -> str:

@@ -8,14 +8,13 @@ from __future__ import annotations
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from msgspec.structs import replace
 from rich.text import Text
 
 from scbm.cases.coverage import Aspect, Decision, InstanceFolds, Obligation
 from scbm.closing.summaries import aspects_in_words
 from scbm.model.visible_text import counted, shown_path
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
-from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans, in_few
+from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans, in_few, joined_advice
 from scbm.reports.figure_table import (
     COLUMNS,
     DEFAULT_COLUMNS,
@@ -296,8 +295,7 @@ def _advice(result: CampaignResult) -> dict[tuple[Aspect, CoverMeans], list[tupl
 
 def _joined_advice(names: Sequence[str], advice: Sequence[CoverAdvice], width: int) -> str:
     """Return one clause for all obligations that lack the same means, with their names if it is about them alone."""
-    missing = in_few(tuple(dict.fromkeys(each.missing for each in advice)))
-    joined = replace(advice[0], missing=missing)
+    joined = joined_advice(advice)
     if not joined.is_named:
         return joined.words
     words = joined.about_one if len(advice) == 1 else joined.words
