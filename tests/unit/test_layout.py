@@ -40,7 +40,6 @@ CLOCK_READERS = (
     "cli",
     "store/store_writer.py",
     "closing/current_date.py",
-    "mutation/mutation_work.py",
     "running/search_guard.py",
     "testing/batches",
 )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 from contextlib import closing
 from functools import cached_property
-from time import perf_counter
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -13,7 +12,7 @@ from msgspec import Struct
 from scbm.mutation.distinct_mutants import mutants_of
 from scbm.mutation.mutant_results import MutantResult
 from scbm.mutation.mutation_runs import MutationRuns
-from scbm.testing.batches.all_cores import TRIAL_S, WORTH_S, core_count
+from scbm.testing.batches.all_cores import on_cores
 from scbm.testing.batches.worker_processes import WorkerPool
 from scbm.testing.tester import Tester
 
@@ -69,20 +68,7 @@ class MutationWork(Struct, frozen=True, dict=True):
         Raises:
             InputError: a worker process was lost.
         """
-        count = core_count() if jobs is None else jobs
-        begun_s, done = perf_counter(), 0
-        if jobs is None or count == 1:
-            for mutant in self.mutants:
-                yield runs.result(mutant)
-                done += 1
-                if jobs is None and count > 1 and self._is_long(perf_counter() - begun_s, done):
-                    break
-        if done < len(self.mutants):
-            yield from self._in_processes(done, count)
-
-    def _is_long(self, passed_s: float, done: int) -> bool:
-        rest_s = passed_s / done * (len(self.mutants) - done)
-        return passed_s >= TRIAL_S and rest_s >= WORTH_S
+        return on_cores(map(runs.result, self.mutants), len(self.mutants), jobs, self._in_processes)
 
     def _in_processes(self, first: int, count: int) -> Iterator[MutantResult]:
         workers = WorkerPool(_take_mutants, pickle.dumps(self), count)

@@ -18,8 +18,7 @@ from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import shown_path
 from scbm.reports.status_lines import united_in_words
-from scbm.testing.batches.all_cores import AllCores
-from scbm.testing.batches.campaign_runs import InProcess
+from scbm.testing.batches.all_cores import Cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -203,13 +202,7 @@ def read_executor(jobs: int | None, cluster: str | None = None) -> Executor:
     """
     if cluster is not None:
         return _read_cluster(jobs, cluster)
-    if jobs == 1:
-        return InProcess()
-    if jobs is None:
-        return AllCores()
-    from scbm.testing.batches.worker_processes import WorkerProcesses  # noqa: PLC0415 - few campaigns need processes
-
-    return WorkerProcesses(jobs)
+    return Cores(jobs)
 
 
 def _read_cluster(jobs: int | None, address: str) -> Executor:

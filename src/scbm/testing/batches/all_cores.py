@@ -1,23 +1,27 @@
-"""The executor that begins in this process, and goes on in several once a campaign takes long."""
+"""Results that begin in this process, and go on in several once they take long enough to pay for processes."""
 
 from __future__ import annotations
 
 import os
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
+
+from msgspec import Struct
 
 from scbm.testing.batches.campaign_runs import InProcess
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Callable, Generator, Iterable
 
     from scbm.testing.batches.campaign_runs import BatchPlan, BatchResult
 
-TRIAL_S = 1.0
-"""Wall time after which `AllCores` estimates how long the rest of a campaign takes."""
+_Result = TypeVar("_Result")
 
-WORTH_S = 3.0
-"""The least estimated wall time of the rest of a campaign that is worth starting processes."""
+_TRIAL_S = 1.0
+"""Wall time after which the time for the rest is estimated."""
+
+_WORTH_S = 3.0
+"""The least estimated wall time of the rest that is worth starting processes."""
 
 
 def core_count() -> int:
@@ -27,25 +31,47 @@ def core_count() -> int:
     return os.cpu_count() or 1
 
 
-class AllCores:
-    """Runs in this process at first, and on several cores if the rest takes long enough to pay for processes."""
+def on_cores(
+    results: Iterable[_Result],
+    total: int,
+    jobs: int | None,
+    rest: Callable[[int, int], Iterable[_Result]],
+    size: Callable[[_Result], int] = lambda _: 1,
+) -> Generator[_Result, None, None]:
+    """Yield results in their order, from this process or from several.
 
-    def __init__(self, count: int | None = None) -> None:
-        """Take the number of worker processes; by default one for each core."""
-        self._count = core_count() if count is None else count
+    Args:
+        results: computes all results in this process.
+        total: the number of items.
+        jobs: the number of worker processes. `None` for none at first, and for all cores once the rest takes long.
+        rest: computes, after a number of items, the results of the others with a number of processes.
+        size: the number of items of a result.
+    """
+    count = min(core_count() if jobs is None else jobs, total)
+    begun_s, done = perf_counter(), 0
+    if jobs is None or count <= 1:
+        for result in results:
+            yield result
+            done += size(result)
+            passed_s = perf_counter() - begun_s
+            if count > 1 and passed_s >= _TRIAL_S and passed_s / max(done, 1) * (total - done) >= _WORTH_S:
+                break
+    if done < total:
+        yield from rest(done, count)
+
+
+class Cores(Struct, frozen=True):
+    """Runs batches on this machine, with the number of worker processes of `on_cores`."""
+
+    jobs: int | None = None
 
     def results(self, plan: BatchPlan) -> Generator[BatchResult, None, None]:
         """Yield the results of the batches."""
-        begun_s, done = perf_counter(), 0
-        for result in InProcess().results(plan):
-            yield result
-            done += result.summary.count
-            passed_s = perf_counter() - begun_s
-            rest_s = passed_s / max(done, 1) * (plan.work.count - plan.start + 1 - done)
-            if self._count > 1 and passed_s >= TRIAL_S and rest_s >= WORTH_S:
-                break
-        else:
-            return
-        from scbm.testing.batches.worker_processes import WorkerProcesses  # noqa: PLC0415 - few campaigns are so long
 
-        yield from WorkerProcesses(self._count).results(plan.after(done))
+        def rest(done: int, count: int) -> Generator[BatchResult, None, None]:
+            from scbm.testing.batches.worker_processes import WorkerProcesses  # noqa: PLC0415 - few campaigns need them
+
+            return WorkerProcesses(count).results(plan.after(done))
+
+        total = plan.work.count - plan.start + 1
+        return on_cores(InProcess().results(plan), total, self.jobs, rest, lambda result: result.summary.count)

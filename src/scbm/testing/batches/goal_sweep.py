@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import pickle
-from time import perf_counter
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from scbm.planning import Planner
 from scbm.running.search_guard import plan_guarded
-from scbm.testing.batches.all_cores import TRIAL_S, core_count
+from scbm.testing.batches.all_cores import on_cores
 from scbm.testing.batches.worker_processes import WorkerPool
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Iterator
 
     from scbm.model import BehaviorModel, Predicate, State
     from scbm.planning import Answer, PlanLimits
@@ -45,22 +43,15 @@ class GoalSweep(Struct, frozen=True):
         Raises:
             InputError: a worker process was lost, or the planner failed.
         """
-        count = core_count() if jobs is None else jobs
-        begun_s, done = perf_counter(), 0
-        if jobs is None or min(count, len(self.goals)) <= 1:
-            planner = Planner.of(self.model)
-            for goal in self.goals:
-                yield plan_guarded(planner, self.start, goal, self.limits)
-                done += 1
-                if min(count, len(self.goals) - done) > 1 and perf_counter() - begun_s >= TRIAL_S:
-                    break
-        yield from _in_processes(replace(self, goals=self.goals[done:]), count)
+        return on_cores(self._answers(), len(self.goals), jobs, self._rest)
 
+    def _answers(self) -> Iterator[Answer]:
+        planner = Planner.of(self.model)
+        yield from (plan_guarded(planner, self.start, goal, self.limits) for goal in self.goals)
 
-def _in_processes(sweep: GoalSweep, count: int) -> Generator[Answer, None, None]:
-    if sweep.goals:
-        workers = WorkerPool(_take_sweep, pickle.dumps(sweep), min(count, len(sweep.goals)))
-        yield from workers.results(_plan_in_worker, range(len(sweep.goals)), "planned", "plan")
+    def _rest(self, done: int, count: int) -> Generator[Answer, None, None]:
+        workers = WorkerPool(_take_sweep, pickle.dumps(self), min(count, len(self.goals) - done))
+        return workers.results(_plan_in_worker, range(done, len(self.goals)), "planned", "plan")
 
 
 # in a worker

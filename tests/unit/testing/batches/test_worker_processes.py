@@ -17,7 +17,7 @@ from scbm.cases import Case
 from scbm.files import load_model
 from scbm.model import InputError, Slug
 from scbm.testing.batches import worker_processes
-from scbm.testing.batches.all_cores import AllCores
+from scbm.testing.batches.all_cores import Cores
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import Executor, InProcess, StopRule, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
@@ -83,7 +83,7 @@ def test_workers_that_are_lost_again_and_again_are_an_error() -> None:
 
 def test_a_short_campaign_starts_no_processes() -> None:
     work = CampaignWork(EXAMPLE, numbers=range(1, 21))
-    steps = run_steps(work, AllCores(4))
+    steps = run_steps(work, Cores())
     assert all(not multiprocessing.active_children() for _ in steps)
 
 
