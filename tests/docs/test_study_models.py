@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).parents[2] / "study" / "models"
 MODELS = sorted(FOLDER.glob("*.yaml"))
-ROW = re.compile(r"^\| \[(\w+\.yaml)\]\(\1\) \| \[[^]]+\]\(https?://\S+\) \| (\d+) \| (\d+) \| \S.* \|$", re.MULTILINE)
+ROW = re.compile(r"^\| \[(\w+\.yaml)\]\(\1\) \| \S[^|]* \| \S.* \|$", re.MULTILINE)
 
 
 @pytest.mark.parametrize("path", longer_but_one_in(3, MODELS), ids=[path.stem for path in MODELS])
@@ -36,13 +36,8 @@ def test_a_model_says_its_source_and_what_was_left_out(path: Path) -> None:
     assert model.startswith(f"{path.stem}\n")
 
 
-def test_the_table_has_each_model_with_its_figures() -> None:
-    rows = ROW.findall((FOLDER / "README.md").read_text(encoding="utf-8"))
-    models = [(path, load_model(path)) for path in MODELS]
-    assert rows == [
-        (path.name, str(len(model.operations)), str(5 * len(model.operations) + len(model.automatic_transitions)))
-        for path, model in models
-    ]
+def test_the_table_has_each_model() -> None:
+    assert ROW.findall((FOLDER / "README.md").read_text(encoding="utf-8")) == [path.name for path in MODELS]
 
 
 def test_the_report_is_about_the_models_as_they_are() -> None:
