@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scbm.files import load_model
 from support.profiles import longer_but_one_in
 
 if TYPE_CHECKING:
