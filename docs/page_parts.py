@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import ast
 import re
+from inspect import cleandoc
 from pathlib import Path
+from typing import get_args
 
+from scbm.cases.trace.records import Record
 from scbm.cli.application import verb_options
 from scbm.cli.message_sections import messages_text
 from scbm.files.codec.binding_keys import BindingsKeys
@@ -62,6 +65,15 @@ def _operators(_: str) -> str:
     return "".join(["\n| group | operator | change |\n| --- | --- | --- |\n", *rows])
 
 
+def _records(_: str) -> str:
+    """Return the table of the kinds of records in a trace, with the fields that each has of its own."""
+    rows = []
+    for each in get_args(Record):
+        own = ", ".join(f"`{name}`" for name in each.__struct_fields__ if name not in {"at_ns", "changes"})
+        rows.append(f"| `{each.kind}` | {' '.join(cleandoc(each.__doc__).split())} | {own} |\n")
+    return "".join(["\n| kind | event | fields of its own |\n| --- | --- | --- |\n", *rows])
+
+
 def _tables(_: str) -> str:
     """Return a section for each table of a coverage store, with its columns."""
     lines = []
@@ -110,6 +122,7 @@ PARTS = {
     "modules": _modules,
     "operators": _operators,
     "options": _options,
+    "records": _records,
     "tables": _tables,
 }
 """The generated parts by name; each takes the argument of the mark, which may be empty."""
