@@ -125,7 +125,8 @@ def report_campaign(done: CampaignEnd, result: CampaignResult, output: CampaignO
         stored = {} if since is None else {"store": since.as_json}
         write_json(campaign_json(result) | stored | dict(output.recorded))
     else:
-        results().lines((missing_report if output.missing else coverage_report)(result, report_columns()))
+        report = missing_report if output.missing else coverage_report
+        results().lines(report(result, report_columns(), shows_all=output.shows_all))
         results().lines(update_hint(result))
         results().lines([] if since is None else since.lines)
     if done.words:

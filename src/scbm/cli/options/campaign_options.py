@@ -46,6 +46,7 @@ class CampaignOutput(Struct, frozen=True):
         dry: after how many random cases in a row that visited nothing new it ends; `None` for never.
         evidence: the certificates and waivers that count; `None` if statuses are not asked for.
         recorded: what was recorded in case files before, as further parts of the JSON.
+        shows_all: whether each of many missed obligations is listed, instead of the reasons alone.
     """
 
     thresholds: Sequence[Threshold]
@@ -59,6 +60,7 @@ class CampaignOutput(Struct, frozen=True):
     dry: int | None = None
     evidence: StatusEvidence | None = None
     recorded: Mapping[str, Any] = field(default_factory=dict)
+    shows_all: bool = False
 
 
 _ALL_PERCENT = 100

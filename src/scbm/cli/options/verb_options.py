@@ -56,6 +56,9 @@ Store = Annotated[
     Path | None, HelpSection.OUTPUT.option("--store", metavar="FILE", help="Add the cases to this coverage store.")
 ]
 Missing = Annotated[bool, HelpSection.OUTPUT.option("--missing", help="Show only the missed obligations, and why.")]
+ShowAll = Annotated[
+    bool, HelpSection.OUTPUT.option("--all", help="List each missed obligation, however many there are.")
+]
 FailUnder = Annotated[
     list[str] | None,
     HelpSection.VERDICTS.option(

@@ -23,7 +23,7 @@ from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.options.status_options import Certificates, WaiversFile, stored_evidence
-from scbm.cli.options.verb_options import FailUnder, Json, Missing
+from scbm.cli.options.verb_options import FailUnder, Json, Missing, ShowAll
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
 from scbm.files import FileWriter, without_detours
 from scbm.model import Diagnostic, InputError
@@ -150,6 +150,7 @@ def command(
     store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False), Reads("the store")],
     *,
     missing: Missing = False,
+    shows_all: ShowAll = False,
     contexts: Annotated[
         bool, HelpSection.OUTPUT.option("--contexts", help="Show the cases that visit each obligation.")
     ] = False,
@@ -190,10 +191,10 @@ def command(
         parts: list[Iterable[Text]] = []
         if missing:
             kind = CampaignKind.of_store(history)
-            parts.append(missing_lines(history, history.source.path, kind, columns))
+            parts.append(missing_lines(history, history.source.path, kind, columns, shows_all=shows_all))
         parts += [contexts_report(history)] if contexts else []
         parts += [smallest_report(history, cover)] if cover is not None else []
-        results().lines(_apart(parts or [stored_report(history, str(store), columns)]))
+        results().lines(_apart(parts or [stored_report(history, str(store), columns, shows_all=shows_all)]))
         if save is None:  # else the error is about that
             _report_missing_model(history)
     is_saved = save is None or cover is None or _save(history, cover.chosen, save, writer)

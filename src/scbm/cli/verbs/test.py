@@ -54,6 +54,7 @@ from scbm.cli.options.verb_options import (
     Network,
     Require,
     Seed,
+    ShowAll,
     Store,
 )
 from scbm.model.lazy_exports import load_named
@@ -109,6 +110,7 @@ def command(
     ] = Path("scbm-failures"),
     store: Store = None,
     missing: Missing = False,
+    shows_all: ShowAll = False,
     fail_under: FailUnder = None,
     certificates: Certificates = None,
     waivers: WaiversFile = None,
@@ -141,7 +143,9 @@ def command(
     refuse_without_files(recording, suite, {"--time-limit": time_limit})
     suite = select_cases(suite, select, failures if last_failed else None)
     evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
-    output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry, evidence)
+    output = CampaignOutput(
+        figures, missing, json, store, save, failures, shrink, stop, until_dry, evidence, shows_all=shows_all
+    )
     refuse_outputs(suite, output, logs)
     if transport is None:
         refuse_without_transport(

@@ -21,7 +21,19 @@ from scbm.cli.options.node_options import (
     transport_option,
 )
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
-from scbm.cli.options.verb_options import Cases, FailUnder, Files, Json, Missing, Model, Network, Require, Seed, Store
+from scbm.cli.options.verb_options import (
+    Cases,
+    FailUnder,
+    Files,
+    Json,
+    Missing,
+    Model,
+    Network,
+    Require,
+    Seed,
+    ShowAll,
+    Store,
+)
 from scbm.model.visible_text import shown_path
 from scbm.nodes.verbs.over_nodes import run_over_nodes
 from scbm.testing.transports import DEFAULT_TRANSPORT
@@ -41,6 +53,7 @@ def command(
     ] = Path("scbm-failures"),
     store: Store = None,
     missing: Missing = False,
+    shows_all: ShowAll = False,
     fail_under: FailUnder = None,
     certificates: Certificates = None,
     waivers: WaiversFile = None,
@@ -74,6 +87,7 @@ def command(
         shrink=False,
         stop=False,
         evidence=evidence,
+        shows_all=shows_all,
     )
     refuse_outputs(suite, output, logs)
     asked = NodeOptions(

@@ -30,19 +30,29 @@ from scbm.reports.figure_table import (
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import figure_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
+from scbm.reports.terminal.missed_listing import is_too_long, reason_lines
 from scbm.running.simulation.excluded_values import EXCLUDED
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from scbm.model import BehaviorModel
     from scbm.reports.cover_advice import CoverAdvice
     from scbm.reports.missed_reasons import Missed
     from scbm.store import History
     from scbm.testing import Answers, Campaign, CampaignResult
 
 
+_CLOSES = "writes a case for each, or a proof that there is none"
+
+
 def missing_lines(
-    result: CampaignResult | History, file: str, kind: CampaignKind, columns: int = DEFAULT_COLUMNS
+    result: CampaignResult | History,
+    file: str,
+    kind: CampaignKind,
+    columns: int = DEFAULT_COLUMNS,
+    *,
+    shows_all: bool = False,
 ) -> Iterator[Text]:
     """Yield the missed obligations with their reasons, and the commands that cover them.
 
@@ -51,6 +61,7 @@ def missing_lines(
         file: the model file, for the commands.
         kind: the kind of the cases.
         columns: the width of the report.
+        shows_all: whether a long listing is shown, instead of the reasons alone.
     """
     model = result.model
     missed = missed_reasons(result, file, kind)
@@ -63,6 +74,20 @@ def missing_lines(
     yield from figure_lines(result, columns)
     if not missed:
         return
+    listing = list(_listing(model, missed, columns))
+    yield from reason_lines(model, missed, columns) if is_too_long(listing, shows_all=shows_all) else listing
+    undecided = [each for each in missed if each.status is Decision.UNDECIDED]
+    if not undecided:
+        return
+    yield Text()
+    yield Text("How to cover the rest", style="bold")
+    yield command_text("  ", close_command(file), _CLOSES)
+    yield command_text("  ", undecided[0].command, "explains one of them")
+    yield command_text("  ", f"scbm test {shown_path(file)} closed", "runs these cases")
+
+
+def _listing(model: BehaviorModel, missed: Sequence[Missed], columns: int) -> Iterator[Text]:
+    """Yield the missed obligations, those of one operation, transition, or entry with parameters together."""
     folds = InstanceFolds.of(model)
     order = {name: index for index, name in enumerate(dict.fromkeys(m.obligation.subject for m in missed))}
     by_subject = sorted(missed, key=lambda m: (m.obligation.aspect is Aspect.TAKEN, order[m.obligation.subject]))
@@ -72,14 +97,6 @@ def missing_lines(
             yield from _of_entry(entry, list(group), folds, columns)
         else:
             yield from _of_subject(list(group))
-    undecided = [each for each in missed if each.status is Decision.UNDECIDED]
-    if not undecided:
-        return
-    yield Text()
-    yield Text("How to cover the rest", style="bold")
-    yield command_text("  ", close_command(file), "writes a case for each, or a proof that there is none")
-    yield command_text("  ", undecided[0].command, "explains one of them")
-    yield command_text("  ", f"scbm test {shown_path(file)} closed", "runs these cases")
 
 
 def _count(missed: Sequence[Missed]) -> str:
@@ -133,8 +150,10 @@ _REAL = "Real resources"
 _ADVICE_INDENT = 17
 
 
-def coverage_report(result: CampaignResult, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
-    """Yield the report of a campaign."""
+def coverage_report(
+    result: CampaignResult, columns: int = DEFAULT_COLUMNS, *, shows_all: bool = False
+) -> Iterator[Text]:
+    """Yield the report of a campaign; `shows_all` shows a long table of what is missing, not the reasons alone."""
     campaign, coverage = result.campaign, result.coverage
     yield from _unreached(result, columns)
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
@@ -154,10 +173,16 @@ def coverage_report(result: CampaignResult, columns: int = DEFAULT_COLUMNS) -> I
     yield from _driver_lines(result, columns)
     yield from finding_lines(campaign, result.findings, result.commands)
     yield from unused_lines(campaign)
-    yield from missed_table(campaign.model, coverage, columns, result.statuses)
+    table = list(missed_table(campaign.model, coverage, columns, result.statuses))
+    is_short = is_too_long(table, shows_all=shows_all)
+    if is_short:
+        missed = missed_reasons(result, str(result.suite.file), CampaignKind.of_campaign(result))
+        yield from reason_lines(campaign.model, missed, columns)
+    else:
+        yield from table
     if result.evidence is not None:
         yield from unasserted_lines(result.evidence, columns, result.mutate_command)
-    yield from _reasons(result, columns)
+    yield from _reasons(result, columns, has_reasons=is_short)
 
 
 def _unreached(result: CampaignResult, columns: int) -> Iterator[Text]:
@@ -181,10 +206,13 @@ def _short_of_goal(campaign: Campaign) -> Iterator[Text]:
         yield Text(f"  Passed short of the goal: {words}")
 
 
-def missing_report(result: CampaignResult, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
-    """Yield the failures, the missed obligations and their reasons."""
+def missing_report(
+    result: CampaignResult, columns: int = DEFAULT_COLUMNS, *, shows_all: bool = False
+) -> Iterator[Text]:
+    """Yield the failures, the missed obligations and their reasons; `shows_all` lists each of many obligations."""
+    kind = CampaignKind.of_campaign(result)
     yield from _unreached(result, columns)
-    yield from missing_lines(result, str(result.suite.file), CampaignKind.of_campaign(result), columns)
+    yield from missing_lines(result, str(result.suite.file), kind, columns, shows_all=shows_all)
     yield from _early(result)
     yield from _driver_lines(result, columns)
     yield from finding_lines(result.campaign, result.findings, result.commands)
@@ -256,20 +284,27 @@ def _groups(result: CampaignResult) -> Iterator[str]:
         yield f"{counted(drawn, 'random case')} of seed {result.suite.seed}"
 
 
-def _reasons(result: CampaignResult, columns: int) -> Iterator[Text]:
-    """Yield why each kind of obligation is missed and what would cover it, and the commands that run more cases."""
+def _reasons(result: CampaignResult, columns: int, *, has_reasons: bool) -> Iterator[Text]:
+    """Yield why each kind of obligation is missed and what would cover it, and the commands that run more cases.
+
+    Where the reasons are above, the commands alone are shown.
+    """
     parts, suite = _advice(result), result.suite
     if not parts:
         return
     yield Text()
     yield Text("How to cover the rest", style="bold")
     folds = InstanceFolds.of(result.campaign.model)
-    for (aspect, _), advice in parts.items():
+    for (aspect, _), advice in [] if has_reasons else parts.items():
         names = folds.folded([name for name, _ in advice], is_automatic=aspect is Aspect.TAKEN)
         words = _joined_advice(names, [each for _, each in advice], columns - _ADVICE_INDENT)
         first, *others = wrapped(words, columns, f"  {len(advice):>3} {aspect.value:<10} ", _ADVICE_INDENT)
         yield Text(first[:_ADVICE_INDENT]).append(first[_ADVICE_INDENT:], style="dim")
         yield from (Text(line, style="dim") for line in others)
+    if has_reasons:
+        yield command_text(
+            "  ", close_command(str(suite.file)), "writes a case for each, or a proof that there is none"
+        )
     means_found = dict.fromkeys(means for _, means in parts)
     command = f"scbm test {shown_path(str(suite.file))}{suite.arguments} --cases"
     drawing = f" --seed {suite.seed}{suite.network_option}{suite.planner_option}"

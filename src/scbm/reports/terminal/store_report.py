@@ -13,6 +13,7 @@ from rich.text import Text
 from scbm.cases.coverage import Decision
 from scbm.model.visible_text import counted, shown_path
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
+from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
     command_text,
@@ -23,9 +24,10 @@ from scbm.reports.figure_table import (
     verdict_lines,
     wrapped,
 )
-from scbm.reports.missed_reasons import close_command
+from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import figure_lines, lifted_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
+from scbm.reports.terminal.missed_listing import is_too_long, reason_lines
 from scbm.running.simulation.excluded_values import EXCLUDED
 from scbm.testing.campaign_results_json import coverage_json, lifted_json
 
@@ -141,13 +143,16 @@ def combined_json(combined: Combined, target: str) -> dict[str, Any]:
 _MAX_FAILED = 10
 
 
-def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
+def stored_report(
+    history: History, store: str, columns: int = DEFAULT_COLUMNS, *, shows_all: bool = False
+) -> Iterator[Text]:
     """Yield the report of a store.
 
     Args:
         history: the contents of the store.
         store: the store's file, for the commands.
         columns: the width of the report.
+        shows_all: whether a long table of what is missing is shown, instead of the reasons alone.
     """
     coverage = history.coverage
     yield Text("Coverability report: ", style="bold").append(history.model.name)
@@ -171,7 +176,12 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield Text()
     yield from figures(coverage, columns)
     yield from _failed(history)
-    yield from missed_table(history.model, coverage, columns, history.decided)
+    table = list(missed_table(history.model, coverage, columns, history.decided))
+    if is_too_long(table, shows_all=shows_all):
+        missed = missed_reasons(history, history.source.path, CampaignKind.of_store(history))
+        yield from reason_lines(history.model, missed, columns)
+    else:
+        yield from table
     yield from unasserted_lines(history.evidence, columns)
     if any(history.statuses.decision(missed) is Decision.UNDECIDED for missed in coverage.missed()):
         yield Text()
