@@ -40,7 +40,8 @@ TEXTS = [
 LIFTED = [
     ("predicate", "forall r in robot, z: zone. (at[r] == z -> near(r, z) && r in zone)"),
     ("predicate", "count r in robot. (at.r == dock) <= 1 || arm[r]_req_state == initial"),
-    ("predicate", "count r in robot. (at.r == dock)"),
+    ("predicate", "count r in robot. (at.r == dock) + 1 <= sum r in robot. (load[r])"),
+    ("predicate", "count r in robot. at.r == dock"),
     ("action", "forall r in robot. (at[r] <- dock)"),
     ("requirement", "always exists r in robot. (move[r].state == executing)"),
 ]

@@ -35,7 +35,7 @@ def read_time_limit(time_limit: str | None) -> int | None:
     return time_limit_ns
 
 
-_QUANTIFIER = re.compile(r"(?<![\w.])(forall|exists|count)\s+[A-Za-z_]\w*\s*(?:,|:|in\b)", re.ASCII)
+_QUANTIFIER = re.compile(r"(?<![\w.])(forall|exists|count|sum|min|max)\s+[A-Za-z_]\w*\s*(?:,|:|in\b)", re.ASCII)
 T = TypeVar("T")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 from math import prod
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, NoReturn, TypeAlias
 
 from lark import Token, Tree
 from msgspec import Struct
@@ -34,38 +34,74 @@ class AtomFormula(Formula):
 
     is_static = False
 
-    def __init__(self, tree: SyntaxTree, slots: Mapping[int, NameSlot]) -> None:
-        """Take the tree, and the slots by where their names begin."""
+    def __init__(self, tree: SyntaxTree, slots: Mapping[int, NameSlot], bounds: Mapping[int, Bound]) -> None:
+        """Take the tree, the slots by where their names begin, and the parameters of the terms over objects in it."""
         self._tree = tree
         self._slots = slots
-        self.parameters = frozenset().union(*(slot.parameters for slot in slots.values()))
+        self._bounds = bounds
+        bound = frozenset(name for each in bounds.values() for name in each.objects)
+        self.parameters = frozenset().union(*(slot.parameters for slot in slots.values())) - bound
         self._order = tuple(sorted(self.parameters))
         self._known: dict[tuple[str, ...], GroundTree] = {}
         tokens = tree.scan_values(lambda _: True)
         self.least = sum([2 if token.start_pos in slots else len(token) + 1 for token in tokens])
 
     def ground(self, choice: Choice) -> GroundTree:
-        """Return the atom, which is built once for the same objects."""
+        """Return the atom, which is built once for the same objects. Raises `LiftedFault`."""
         objects = tuple([choice[name] for name in self._order])
         found = self._known.get(objects)
         if found is None:
-            names = {begin: slot.name(choice) for begin, slot in self._slots.items()}
-            tree = _with_names(self._tree, names) if names else self._tree
-            found = GroundTree(tree, self.least + sum(map(len, names.values())))
-            self._known[objects] = found
+            found = self._known[objects] = self.case(choice, {})
         return found
 
+    def case(self, choice: Choice, counts: Mapping[int, int]) -> GroundTree:
+        """Return the atom with a number for each count in it, by where that begins. Raises `LiftedFault`."""
+        if not self._slots and not self._bounds and not counts:
+            return GroundTree(self._tree, self.least)
+        tree = self._ground(self._tree, choice, counts)
+        return GroundTree(tree, sum([len(token) + 1 for token in tree.scan_values(lambda _: True)]))
 
-def _with_names(tree: SyntaxTree, names: Mapping[int, str]) -> SyntaxTree:
-    """Return a tree with other names, which have the places of those that they replace."""
-    children: list[SyntaxTree | Token] = []
-    for child in tree.children:
-        if isinstance(child, Token):
-            name = names.get(child.start_pos) if child.type == "NAME" and child.start_pos is not None else None
-            children.append(child if name is None else Token.new_borrow_pos("NAME", name, child))
-        else:
-            children.append(_with_names(child, names))
-    return Tree(tree.data, children, tree.meta)
+    def _ground(self, tree: SyntaxTree, choice: Choice, counts: Mapping[int, int]) -> SyntaxTree:
+        match tree.data:
+            case "aggregate":
+                return self._term(tree, choice, counts)
+            case "counted":
+                word = _first(tree)
+                return _number(counts[word.start_pos or 0], word)
+        children: list[SyntaxTree | Token] = [
+            self._named(child, choice) if isinstance(child, Token) else self._ground(child, choice, counts)
+            for child in tree.children
+        ]
+        return Tree(tree.data, children, tree.meta)
+
+    def _named(self, token: Token, choice: Choice) -> Token:
+        slot = self._slots.get(token.start_pos or 0) if token.type == "NAME" else None
+        return token if slot is None else Token.new_borrow_pos("NAME", slot.name(choice), token)
+
+    def _term(self, tree: SyntaxTree, choice: Choice, counts: Mapping[int, int]) -> SyntaxTree:
+        """Return `sum`, `min` or `max` over objects as a sum, or as `min` or `max` of terms."""
+        word, body = _first(tree), tree.children[-1]
+        assert isinstance(body, Tree)  # noqa: S101 - the grammar says so
+        terms = [self._ground(body, inner, counts) for inner in self._bounds[word.start_pos or 0].choices(choice)]
+        if len(terms) == 1 or not terms:
+            return terms[0] if terms else _number(0, word)
+        if word != "sum":
+            return Tree("extreme", [Token.new_borrow_pos("EXTREME", str(word), word), *terms], tree.meta)
+        plus = Token.new_borrow_pos("SIGN", "+", word)
+        return Tree("sum", [terms[0], *(each for term in terms[1:] for each in (plus, term))], tree.meta)
+
+
+def _first(tree: SyntaxTree) -> Token:
+    word = tree.children[0]
+    assert isinstance(word, Token)  # noqa: S101 - the grammar says so
+    return word
+
+
+def _number(number: int, like: Token) -> SyntaxTree:
+    """Return a number as a term that stands where a word stands."""
+    term: SyntaxTree = Tree("term", [Token.new_borrow_pos("INTEGER", str(number), like)])
+    term.meta.start_pos, term.meta.end_pos = like.start_pos or 0, like.end_pos or 0
+    return term
 
 
 class CompoundFormula(Formula):
@@ -176,8 +212,8 @@ class Bound(Struct, frozen=True):
 class BoundFormula(CompoundFormula):
     """A formula with parameters of its own."""
 
-    def __init__(self, tree: SyntaxTree, operands: Sequence[Formula], bound: Bound) -> None:
-        super().__init__(tree, operands)
+    def __init__(self, tree: SyntaxTree, body: Formula, bound: Bound) -> None:
+        super().__init__(tree, (body,))
         self.parameters -= frozenset(bound.objects)
         self.least *= bound.count
         self._bound = bound
@@ -207,20 +243,31 @@ def relation_holds(relation: str, count: int, number: int) -> bool:
 
 
 class CountedFormula(BoundFormula):
-    """`count … relation number`: compares the number of objects for which a predicate holds."""
+    """`count …`, the number of objects for which a predicate holds, compared with a number."""
 
-    def __init__(self, tree: SyntaxTree, bound: Bound, body: Formula, relation: str, number: int) -> None:
-        super().__init__(tree, (body,), bound)
+    def __init__(self, tree: SyntaxTree, body: Formula, bound: Bound, relation: str = "==", number: int = 0) -> None:
+        super().__init__(tree, body, bound)
         self.least = 0  # for some choices, the count may be decided
         self._relation = relation
         self._number = number
 
     def ground(self, choice: Choice) -> Ground:
         """Return the comparison as a formula, or what the static instances decide."""
+        return self._compared([*self._instances(choice)], self._relation, self._number)
+
+    def exact(self, choice: Choice) -> list[Ground]:
+        """Return for each number from 0 on the predicate that so many instances hold."""
+        most = self._bound.count
+        size = sum(copies(number, most) for number in range(most + 1))
+        if size > MAX_INSTANCES:
+            self._refuse_size(size)
         instances = [*self._instances(choice)]
+        return [self._compared(instances, "==", number) for number in range(most + 1)]
+
+    def _compared(self, instances: Sequence[Ground], relation: str, number: int) -> Ground:
         trees = [each for each in instances if not isinstance(each, bool)]
-        number = self._number - sum(each for each in instances if isinstance(each, bool))
-        match self._relation:
+        number -= sum(each for each in instances if isinstance(each, bool))
+        match relation:
             case ">=":
                 return self._at_least(number, trees)
             case ">":
@@ -231,7 +278,7 @@ class CountedFormula(BoundFormula):
                 return self._negated(self._at_least(number + 1, trees))
         fewer = self._negated(self._at_least(number + 1, trees))
         exactly = joint("conjunction", (self._at_least(number, trees), fewer), self._tree)
-        return exactly if self._relation == "==" else self._negated(exactly)
+        return exactly if relation == "==" else self._negated(exactly)
 
     def _negated(self, ground: Ground) -> Ground:
         return negated(ground, self._tree)
@@ -239,16 +286,68 @@ class CountedFormula(BoundFormula):
     def _at_least(self, number: int, trees: Sequence[GroundTree]) -> Ground:
         size = copies(number, len(trees))
         if size > MAX_INSTANCES:
-            message = f"this count would be a predicate with {size:,} comparisons; at most {MAX_INSTANCES:,} are built"
-            span = self._bound.begin, self._bound.end
-            raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, *span, "keep the number in a variable")
+            self._refuse_size(size)
         return self._rendered(at_least(number, len(trees)), trees)
+
+    def _refuse_size(self, size: int) -> NoReturn:
+        message = f"this count would be a predicate with {size:,} comparisons; at most {MAX_INSTANCES:,} are built"
+        span = self._bound.begin, self._bound.end
+        raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, *span, "keep the number in a variable")
 
     def _rendered(self, formula: Threshold, trees: Sequence[GroundTree]) -> Ground:
         if isinstance(formula, Joint):
             connective: Connective = "conjunction" if formula.connective == "&&" else "disjunction"
             return joint(connective, (self._rendered(each, trees) for each in formula.operands), self._tree)
         return formula if isinstance(formula, bool) else trees[formula]
+
+
+class CountCasesFormula(Formula):
+    """A comparison with counts among its terms: for each number that they can have, the comparison with that number."""
+
+    def __init__(self, tree: SyntaxTree, atom: AtomFormula, counts: Mapping[int, CountedFormula]) -> None:
+        """Take the comparison, the same as an atom, and its counts by where they begin."""
+        self.parameters = atom.parameters.union(*(each.parameters for each in counts.values()))
+        self.is_static = False
+        self._tree = tree
+        self._atom = atom
+        self._counts = tuple(counts.items())
+
+    def ground(self, choice: Choice) -> Ground:
+        """Return the cases that can hold, joined. Raises `LiftedFault`."""
+        exact = [(begin, counted.exact(choice)) for begin, counted in self._counts]
+        return self._cases(choice, exact, {})
+
+    def _cases(self, choice: Choice, exact: Sequence[tuple[int, list[Ground]]], numbers: Mapping[int, int]) -> Ground:
+        if not exact:
+            return self._case(choice, numbers)
+        (begin, grounds), *others = exact
+        possible = [(number, ground) for number, ground in enumerate(grounds) if ground is not False]
+        parts = ((ground, self._cases(choice, others, {**numbers, begin: number})) for number, ground in possible)
+        return joint("disjunction", (joint("conjunction", part, self._tree) for part in parts), self._tree)
+
+    def _case(self, choice: Choice, numbers: Mapping[int, int]) -> Ground:
+        ground = self._atom.case(choice, numbers)
+        left, relation, right = ground.tree.children
+        values = [value_of(side) for side in (left, right) if isinstance(side, Tree)]
+        first, second = values
+        if first is not None and second is not None:
+            return relation_holds(str(relation), first, second)
+        return ground._replace(tree=Tree("case", ground.tree.children, ground.tree.meta))
+
+
+def value_of(term: SyntaxTree) -> int | None:
+    """Return the value of a ground term of numbers; `None` if it reads a variable."""
+    operands = [child for child in term.children if isinstance(child, Tree)]
+    if term.data == "term":
+        word = _first(term)
+        return int(word) if word.type == "INTEGER" else None
+    known = [value for each in operands if (value := value_of(each)) is not None]
+    if len(known) < len(operands):
+        return None
+    if term.data == "extreme":
+        return min(known) if _first(term) == "min" else max(known)
+    signs = (-1 if child == "-" else 1 for child in term.children if isinstance(child, Token))
+    return known[0] + sum(sign * value for sign, value in zip(signs, known[1:], strict=True))
 
 
 _CONNECTIVES = ("conjunction", "disjunction", "implication")

@@ -6,6 +6,7 @@ A name that depends on no choice, and what is compared with it, is checked by th
 from __future__ import annotations
 
 import re
+from contextlib import contextmanager
 from math import prod
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from scbm.files.expansion.formulas import (
     Bound,
     CompoundFormula,
     ConjunctionFormula,
+    CountCasesFormula,
     CountedFormula,
     DisjunctionFormula,
     GroupFormula,
@@ -30,13 +32,13 @@ from scbm.files.expansion.object_formulas import ConstantFormula, EqualityFormul
 from scbm.files.expansion.static_facts import WORD
 from scbm.files.expansion.work_limit import MAX_INSTANCES
 from scbm.files.language.grammar import keywords
-from scbm.files.language.quantifier_faults import quantifier_fault
+from scbm.files.language.quantifier_faults import EXAMPLE_OF_COUNT, quantifier_fault
 from scbm.files.language.syntax import SyntaxFault, extent, misspelt_opening, parse
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from scbm.files.expansion.lifted_names import LiftedScope, NoteFault
     from scbm.files.expansion.static_facts import ObjectTable
@@ -50,6 +52,7 @@ _COMPOUND: dict[str, type[CompoundFormula]] = {
     "disjunction": DisjunctionFormula,
     "implication": ImpliedFormula,
 }
+_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 _PART = re.compile(r"[\w.]+|[^\s,]")
 _NAME = re.compile(
     r"(?<![\w.])(?<!\d )[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*(?!(?u:\w))(?:\s*\[[^\[\](){}]*\](?:_\w+|(?:\.[A-Za-z_]\w*)*))?",
@@ -128,6 +131,11 @@ class LiftedReader:
         word = _simple(tree.children[0])
         if word is not None and word.text in ("true", "false"):
             return ConstantFormula(word.text == "true")
+        counted = next(_counts_in(tree), None)
+        if counted is not None:
+            message = "a count is compared with a number, a variable or a sum"
+            self._note(Slug.PREDICATE_SYNTAX, message, *extent(_token(counted, 0)), EXAMPLE_OF_COUNT)
+            return ConstantFormula(True)
         term = self._scope.term(word.text) if word is not None else None
         if word is None or term is None:
             return self.atom(tree)
@@ -136,23 +144,25 @@ class LiftedReader:
 
     # quantifiers
 
-    def _quantifier(self, tree: SyntaxTree) -> Formula:
+    def _quantifier(self, tree: SyntaxTree) -> tuple[Formula, Bound]:
+        """Return the predicate below a quantifier or a count, and its parameters."""
+        with self._within_bound(tree) as bound:
+            return self.predicate(_child(tree, -1)), bound
+
+    @contextmanager
+    def _within_bound(self, tree: SyntaxTree) -> Iterator[Bound]:
+        """Read what stands in the brackets behind some parameters; note too many instances."""
         word = _word(_token(tree, 0))
         outer, outer_instances = self._scope, self._instances
         bound, self._scope = self.bound(tree)
-        for objects in bound.objects.values():
-            self._instances *= len(objects)
+        self._instances *= bound.count
         if self._instances > MAX_INSTANCES:
             message = f"this `{word.text}` has {self._instances:,} instances; at most {MAX_INSTANCES:,} are built"
             self._note(Slug.TOO_MANY_INSTANCES, message, word.begin, word.end)
             bound = replace(bound, objects=dict.fromkeys(bound.objects, ()))
             self._instances = 0  # the quantifiers in the brackets have more instances, which is no further error
-        children = [child for child in tree.children if isinstance(child, Tree) and child.data != "bound"]
-        body = self.predicate(children[0])
+        yield bound
         self._scope, self._instances = outer, outer_instances
-        if tree.data == "counted":
-            return self._counted(tree, bound, body)
-        return QuantifiedFormula(tree, (body,), bound)
 
     def bound(self, tree: SyntaxTree) -> tuple[Bound, LiftedScope]:
         """Return the parameters of a quantifier with the scope of its body; note what is wrong with them."""
@@ -167,15 +177,23 @@ class LiftedReader:
         word = _token(tree, 0)
         return Bound({name: scope.parameters[name] for name in kinds}, *extent(word), scope.names.limit), scope
 
-    def _counted(self, tree: SyntaxTree, bound: Bound, body: Formula) -> Formula:
-        relation, limit = str(tree.children[-2]), _word(_token(tree, -1))
-        if limit.text.startswith("-"):
-            fault = quantifier_fault(self._text, "predicate")
-            if fault is not None:
-                self._note(fault.slug, fault.message, fault.begin, fault.end, fault.remedy)
-            return ConstantFormula(True)
-        self._check_count(bound, relation, limit)
-        return CountedFormula(tree, bound, body, relation, int(limit.text[:18]))
+    def _counts(self, tree: SyntaxTree) -> Formula | None:
+        """Return a comparison with counts; `None` for one without."""
+        counted = [*_counts_in(tree)]
+        if not counted:
+            return None
+        self.is_lifted = True
+        sides, relation = [tree.children[0], tree.children[2]], str(_token(tree, 1))
+        if sides[1] is counted[0]:  # `1 <= count …`
+            sides.reverse()
+            relation = _MIRRORED.get(relation, relation)
+        limit = _simple(sides[1])
+        if sides[0] is counted[0] and limit is not None and not limit.is_name:
+            body, bound = self._quantifier(counted[0])
+            self._check_count(bound, relation, limit)
+            return CountedFormula(tree, body, bound, relation, int(limit.text[:18]))
+        counts = {_token(each, 0).start_pos or 0: CountedFormula(each, *self._quantifier(each)) for each in counted}
+        return CountCasesFormula(tree, self.atom(tree), counts)
 
     def _check_count(self, bound: Bound, relation: str, number: LiftedToken) -> None:
         """Note a comparison of a count that can never hold; warn of one that always holds."""
@@ -221,6 +239,11 @@ class LiftedReader:
             bound, self._scope = self.bound(tree)
             bounds.append(bound)
             tree = _child(tree, -1)
+        for counted in _counts_in(tree):
+            message = "an action assigns no count: what it counts may change in the same step"
+            remedy = "write one action for each number, with the count in its guard, or keep the number in a variable"
+            self._note(Slug.ACTION_SYNTAX, message, *extent(_token(counted, 0)), remedy)
+            return tuple(bounds), AtomFormula(tree, {}, {})
         return tuple(bounds), self.atom(tree)
 
     def requirement(self, tree: SyntaxTree) -> list[Formula | Token | None]:
@@ -232,8 +255,8 @@ class LiftedReader:
     def _static(self, tree: SyntaxTree) -> Formula | None:
         """Return what is about objects, or has parameters of its own; `None` for an atom that reads variables."""
         match tree.data:
-            case "quantified" | "counted":
-                return self._quantifier(tree)
+            case "quantified":
+                return QuantifiedFormula(tree, *self._quantifier(tree))
             case "row":
                 return self._row(tree)
             case "within":
@@ -244,6 +267,9 @@ class LiftedReader:
                 return self._comparison(tree)
 
     def _comparison(self, tree: SyntaxTree) -> Formula | None:
+        counts = self._counts(tree)
+        if counts is not None:
+            return counts
         left, right = _simple(tree.children[0]), _simple(tree.children[2])
         if _token(tree, 1) not in ("==", "!="):
             return self._order(left, right)
@@ -366,21 +392,50 @@ class LiftedReader:
     def atom(self, tree: SyntaxTree) -> AtomFormula:
         """Return a part of a text that reads variables."""
         self._dynamic.append(tree)
-        return AtomFormula(tree, self._slots(map(_word, _names_in(tree))))
+        slots: dict[int, NameSlot] = {}
+        bounds: dict[int, Bound] = {}
+        self._collect(tree, slots, bounds)
+        self.is_lifted = self.is_lifted or bool(slots) or bool(bounds)
+        return AtomFormula(tree, slots, bounds)
+
+    def _collect(
+        self, tree: SyntaxTree, slots: dict[int, NameSlot], bounds: dict[int, Bound], *, is_below: bool = False
+    ) -> None:
+        """Add the names of a part of an atom that depend on a choice, and the parameters of terms over objects."""
+        if tree.data == "counted":
+            if is_below:
+                message = "a count is a term of comparisons, and no part of another term over objects"
+                remedy = "write the predicate with its number for each object, or keep the number in a variable"
+                self._note(Slug.PREDICATE_SYNTAX, message, *extent(_token(tree, 0)), remedy)
+            return  # it is a formula of its own
+        if tree.data == "aggregate":
+            with self._within_bound(tree) as bound:
+                bounds[bound.begin] = bound
+                self._refuse_no_term(tree)
+                self._collect(_child(tree, -1), slots, bounds, is_below=True)
+            return
+        for child in tree.children:
+            if isinstance(child, Tree):
+                self._collect(child, slots, bounds, is_below=is_below)
+            elif child.type == "NAME" and (slot := self._slot(_word(child))) is not None:
+                slots[child.start_pos or 0] = slot
+
+    def _refuse_no_term(self, tree: SyntaxTree) -> None:
+        """Note `min` and `max` over no objects, which have no value."""
+        word = _word(_token(tree, 0))
+        kinds = [str(_token(each, 1)) for each in tree.find_data("bound")]
+        types = self._scope.names.facts.types
+        empty = next((kind for kind in kinds if kind in types and not types[kind]), None)
+        if empty is not None and word.text != "sum":
+            message = f"the type `{empty}` has no objects, so this `{word.text}` has no value"
+            self._note(Slug.PREDICATE_SYNTAX, message, word.begin, word.end, f"list them: `{empty}: [a, b]`")
 
     def names(self) -> dict[tuple[int, int], NameSlot]:
         """Return the slots of a text that is one name or one value, by where they begin and end."""
-        found = [LiftedToken(match[0], *match.span(), is_name=True) for match in _NAME.finditer(self._text)]
-        slots = self._slots(found)
-        return {(token.begin, token.end): slots[token.begin] for token in found if token.begin in slots}
+        found = (LiftedToken(match[0], *match.span(), is_name=True) for match in _NAME.finditer(self._text))
+        return {(token.begin, token.end): slot for token in found if (slot := self._slot(token)) is not None}
 
     # names with an index
-
-    def _slots(self, tokens: Iterator[LiftedToken] | Sequence[LiftedToken]) -> dict[int, NameSlot]:
-        """Return the names that depend on a choice of objects, by where they begin."""
-        slots = {token.begin: slot for token in tokens if (slot := self._slot(token)) is not None}
-        self.is_lifted = self.is_lifted or bool(slots)
-        return slots
 
     def _slot(self, token: LiftedToken) -> NameSlot | None:
         index = _INDEX.fullmatch(token.text)
@@ -428,6 +483,16 @@ class LiftedReader:
 
 def _names_in(tree: SyntaxTree) -> Iterator[Token]:
     return tree.scan_values(_is_name)
+
+
+def _counts_in(tree: SyntaxTree) -> Iterator[SyntaxTree]:
+    """Yield the counts among the terms of a comparison, in their order; not those below other terms over objects."""
+    if tree.data == "counted":
+        yield tree
+    elif tree.data != "aggregate":
+        for child in tree.children:
+            if isinstance(child, Tree):
+                yield from _counts_in(child)
 
 
 def _is_name(token: object) -> bool:

@@ -19,7 +19,7 @@ from scbm.files.expansion.expanded_nodes import (
     with_entries,
 )
 from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE, DRAWN_KEYS
-from scbm.files.language.grammar import QUANTIFIERS
+from scbm.files.language.grammar import AGGREGATES, QUANTIFIERS
 from scbm.files.language.scope import name_fault, reserved_names
 from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
@@ -81,11 +81,11 @@ _BOUND = re.compile(r"[A-Za-z_]\w*(?=\s+in\b|\s*:)", re.ASCII)
 """A parameter before its type."""
 
 _QUANTIFIER = re.compile(
-    rf"\b(?:{'|'.join(QUANTIFIERS)})\s+((?:[A-Za-z_]\w*(?:\s+in\s|\s*:)\s*\w+\s*,?\s*)+)\.", re.ASCII
+    rf"\b(?:{'|'.join((*QUANTIFIERS, *AGGREGATES))})\s+((?:[A-Za-z_]\w*(?:\s+in\s|\s*:)\s*\w+\s*,?\s*)+)\.", re.ASCII
 )
 """A quantifier with its parameters."""
 
-_BEFORE_TYPE = re.compile(rf"\b(?:{'|'.join(QUANTIFIERS)})\s[^.()]*(?:\sin\s|:)\s*\Z")
+_BEFORE_TYPE = re.compile(rf"\b(?:{'|'.join((*QUANTIFIERS, *AGGREGATES))})\s[^.()]*(?:\sin\s|:)\s*\Z")
 """What stands before the type of a parameter of a quantifier."""
 
 _NO_TYPE = "stands for a type here, and this is no name"

@@ -62,9 +62,12 @@ DURATION: /[0-9]+(\.[0-9]+)?\s*[A-Za-zµ]+/
 
 _LIFTED_ATOMS = r"""
      | QUANTIFIER bound ("," bound)* "." "(" implication ")" -> quantified
-     | COUNT bound ("," bound)* "." "(" implication ")" RELATION INTEGER -> counted
      | NAME "(" [implication] ("," [implication])* ")" -> row
      | NAME _IN NAME -> within
+"""
+_LIFTED_OPERANDS = r"""
+        | AGGREGATE bound ("," bound)* "." "(" sum ")" -> aggregate
+        | COUNT bound ("," bound)* "." "(" implication ")" -> counted
 """
 _LIFTED_ACTION = """
       | FORALL bound ("," bound)* "." "(" action ")" -> all_actions
@@ -75,10 +78,14 @@ bound: BOUND (_IN | ":") BOUND
 BOUND: /[^\W\d]\w*(\.[^\W\d]\w*)*/
 FORALL.4: /forall(?=\s+(?!in(?![\w.]))[^\W\d])/
 QUANTIFIER.3: /(forall|exists)(?=\s+(?!in(?![\w.]))[^\W\d])/
+AGGREGATE.3: /(sum|min|max)(?=\s+(?!in(?![\w.]))[^\W\d])/
 COUNT.3: /count(?=\s+(?!in(?![\w.]))[^\W\d])/
 """
 QUANTIFIERS = ("forall", "exists", "count")
 """The words that begin a quantifier; they are keywords only before a parameter."""
+
+AGGREGATES = ("sum", "min", "max")
+"""The words that begin a term over objects; they are keywords only before a parameter, too."""
 
 _NAME = r"/[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*/"
 _INDEXED_NAME = (
@@ -104,6 +111,7 @@ def grammar() -> str:
 def lifted_grammar() -> str:
     """Return the grammar of texts with quantifiers, rows of tables, and names with an index."""
     text = grammar().replace("     | sum -> bare\n", f"     | sum -> bare{_LIFTED_ATOMS}")
+    text = text.replace("-> extreme\n", f"-> extreme{_LIFTED_OPERANDS}")
     text = text.replace("-> subtract\n", f"-> subtract{_LIFTED_ACTION}")
     return text.replace(_NAME, _INDEXED_NAME) + _LIFTED_RULES
 

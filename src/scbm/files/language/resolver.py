@@ -128,6 +128,8 @@ class Resolver:
         match tree.data:
             case "comparison":
                 return self._comparison(tree)
+            case "case":
+                return self._case(tree)
             case "member":
                 return self._member(tree)
             case "bare":
@@ -429,6 +431,21 @@ class Resolver:
         domains = self._domains_of(leaf.reads())
         if domains is None or not self._may_hold(operator, leaf, tree, domains):
             return None
+        return leaf if self._has_few_cases(str(leaf), count_cases(leaf, _sizes(domains)), tree) else None
+
+    def _case(self, tree: SyntaxTree) -> Predicate | None:
+        """Return a comparison with one of the numbers that a count can have; it may well hold always or never."""
+        sides = [self._operand(self._term(_child(tree, index)), _child(tree, index)) for index in (0, 2)]
+        left, right = sides
+        if left is None or right is None:
+            return None
+        operator, leaf = _token(tree, 1), _compare(_token(tree, 1), left, right)
+        domains = self._domains_of(leaf.reads())
+        if domains is None:
+            return None
+        (low, high), (least, most) = bounds(left, domains), bounds(right, domains)
+        if high < least or most < low:
+            return Truth({"<": high < least, ">": most < low, "!": True, "=": False}[operator[0]])
         return leaf if self._has_few_cases(str(leaf), count_cases(leaf, _sizes(domains)), tree) else None
 
     def _domains_of(self, names: tuple[str, ...]) -> dict[str, Domain] | None:
