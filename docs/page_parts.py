@@ -14,6 +14,8 @@ from typing import get_args
 from scbm.cases.trace.records import Record
 from scbm.cli.application import verb_options
 from scbm.cli.message_sections import messages_text
+from scbm.cli.verb_registry import VERBS
+from scbm.closing.case_searches import CASE_SEARCHES
 from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.lifted.part_keys import PartKeys
@@ -45,6 +47,18 @@ def complete_page(text: str) -> str:
 def _keys(mapping: str) -> str:
     """Return the table of the keys of a mapping."""
     return f"\n{key_table(MAPPINGS[mapping])}"
+
+
+def _verbs(_: str) -> str:
+    """Return the table of the verbs, each with a link to its section."""
+    rows = (f"| [`{name}`](#scbm-{name.replace(' ', '-')}) | {verb.summary} |\n" for name, verb in VERBS.items())
+    return "".join(["| verb | task |\n| --- | --- |\n", *rows])
+
+
+def _searches(_: str) -> str:
+    """Return the table of the searches for cases."""
+    rows = (f"| `{name}` | {each.finds} | {each.limit} |\n" for name, each in CASE_SEARCHES.items())
+    return "".join(["| search | finds | ends early after |\n| --- | --- | --- |\n", *rows])
 
 
 def _options(verb: str) -> str:
@@ -123,6 +137,8 @@ PARTS = {
     "operators": _operators,
     "options": _options,
     "records": _records,
+    "searches": _searches,
     "tables": _tables,
+    "verbs": _verbs,
 }
 """The generated parts by name; each takes the argument of the mark, which may be empty."""
