@@ -59,7 +59,7 @@ def test_every_public_name_is_on_the_page_of_its_package(tmp_path: Path) -> None
 
 @pytest.mark.slow
 @pytest.mark.browser
-def test_a_search_finds_decisions_last(tmp_path: Path, browser: Browser) -> None:
+def test_a_search_finds_guides_first_and_decisions_last(tmp_path: Path, browser: Browser) -> None:
     site = built(tmp_path, API)
     page = browser.new_page()
     for words in ("mutants", "certificates", "planner", "network faults"):
@@ -67,6 +67,7 @@ def test_a_search_finds_decisions_last(tmp_path: Path, browser: Browser) -> None
         page.locator("#search-results p.search-summary, #search-results .search-summary").first.wait_for()
         page.wait_for_function("document.querySelector('.search-summary').textContent.includes('found')")
         links = page.locator("#search-results li a").evaluate_all("links => links.map(link => link.href)")
+        assert "/how-to/" in links[0] or "/tutorial/" in links[0], words
         kinds = ["decisions/" in link for link in links]
         assert any(kinds), words
         assert not all(kinds), words
