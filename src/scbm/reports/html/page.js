@@ -27,7 +27,7 @@
   const say = (words) => { byId("said").textContent = words; };
   const nameOf = ([subject, aspect]) => (aspect === "taken" ? `automatic/${subject}` : `${subject}/${aspect}`);
   const casesThatVisit = (name) => `#/cases?visits=${encodeURIComponent(name)}`;
-  const caseAddress = (label) => `#/case/${encodeURIComponent(label)}`;
+  const caseAddress = (label, record = null) => `#/case/${encodeURIComponent(label)}${record === null ? "" : `/step/${record + 1}`}`;
 
   function verdict(failed) {
     return h("span", { class: `verdict ${failed ? "failed" : "visited"}`, "data-verdict": failed ? "failed" : "passed" }, failed ? "✗ failed" : "✓ passed");
@@ -69,7 +69,8 @@
   function parse(hash) {
     const [path, query] = hash.replace(/^#\/?/, "").split(/\?(.*)/s);
     const [page, rest] = path.split(/\/(.*)/s);
-    return { address: hash, page: page || "missing", name: decoded(rest ?? ""), query: new URLSearchParams(query ?? "") };
+    const [, name, step] = (page === "case" && /^([^/]*)\/step\/(\d+)$/.exec(rest ?? "")) || [null, rest ?? "", null];
+    return { address: hash, page: page || "missing", name: decoded(name), step: step && Number(step), query: new URLSearchParams(query ?? "") };
   }
 
   function decoded(text) {
@@ -120,6 +121,7 @@
   }
 
   let shown = null; // the route
+  let selectStep = null; // selects a step of the case that is shown; returns whether its timeline is open and has the step
   let leave = null; // the callback for leaving the page
   let isFollowed = false; // whether a link led here, rather than the history of the browser
   const positions = new Map(); // the scroll position of each address, for the way back
@@ -127,6 +129,10 @@
   function show() {
     const route = parse(location.hash);
     const section = sectionOf(route);
+    if (section.id === "/case" && shown?.page === "case" && shown.name === route.name && selectStep?.(route.step)) {
+      shown = route;
+      return;
+    }
     leave?.();
     leave = null;
     const isFirst = shown === null;
@@ -382,31 +388,58 @@
       h("p", null, verdict(failures.length), ` ${c.ends[c.end[index]]} after ${seconds(c.ended_ns[index])}`),
       ran ? h("p", { class: "ran", "data-place": ran }, `It ran ${ran}.${again ? " That run cannot be repeated: the timeline is that of its log." : ""}`) : "",
       failures.length ? h("ul", { class: "failures" }, failures.map(([, , message]) => h("li", null, message))) : "",
-      facts(index),
       again ? h("p", { class: "again" }, ran ? "Again, with its whole run: " : "Again: ", command(again))
         : h("p", { class: "notice", "data-notice": c.ends[c.end[index]] === "lost" ? "lost" : "earlier-model" }, c.ends[c.end[index]] === "lost" ? "Its run did not finish, because a node was lost."
           : "It ran on an earlier version of the model, so it cannot be run again."),
-      ...visitsOf(index),
       h("h2", null, ran ? `Timeline ${ran}` : "Timeline"), place,
+      facts(index),
+      ...visitsOf(index),
       ...(text === undefined ? [] : [h("h2", null, "The case"), h("p", { class: "about" }, h("code", null, details().paths[index])), h("pre", { tabindex: "0", class: "text" }, text)]),
     );
-    return openTimeline(place, index);
+    return openTimeline(content, place, index);
   }
 
-  function openTimeline(place, index) {
+  function openTimeline(content, place, index) {
     let timeline = null;
     let isLeft = false;
     const put = (words, notice) => place.replaceChildren(h("p", { class: "about", "data-notice": notice }, words));
     const open = async () => {
       const data = await timelines().load(index);
       if (isLeft) return;
-      place.replaceChildren();
-      if (data !== null) timeline = showTimeline(place, data, { label: columns().label[index] });
+      if (data !== null) timeline = openSteps(content, place, index, data);
       else if (placeOf(index) && details().commands[index]) put("There is no timeline: another version of scbm wrote the log, and it cannot be replayed.", "log-of-another-version");
       else put("There is no timeline: the case was not run again for this report.", "not-run-again");
     };
     open().catch((error) => { if (!isLeft) put(`This browser cannot show the timeline: ${error.message}`, "broken-timeline"); });
-    return () => { isLeft = true; timeline?.destroy(); };
+    return () => { isLeft = true; selectStep = null; timeline?.destroy(); };
+  }
+
+  /** Shows the steps of a run, first that of the address, else the first one that failed; its address follows them. */
+  function openSteps(content, place, index, run) {
+    const label = columns().label[index];
+    const last = run.records.length;
+    const isStep = (step) => step === null || (step >= 1 && step <= last);
+    const asked = isStep(shown.step) ? shown.step : null;
+    const failed = run.failures.length ? Math.min(...run.failures.map(({ record }) => record)) : null;
+    const record = asked === null ? (failed ?? 0) : asked - 1;
+    place.replaceChildren(asked === shown.step ? "" : h("p", { class: "notice", "data-notice": "no-step" }, `There is no step ${shown.step}: the run has ${counted(last, "step")}.`));
+    const timeline = showTimeline(place, run, { record, label, onSelect: (selected) => rename(caseAddress(label, selected)) });
+    content.querySelector(".failures")?.replaceChildren(...run.failures.map(({ message, record: at }) => h("li", null, h("a", { href: caseAddress(label, at) }, message))));
+    selectStep = (step) => {
+      if (step === null || !isStep(step)) return false;
+      timeline.select(step - 1);
+      reveal(timeline);
+      return true;
+    };
+    if (asked !== null || failed !== null) reveal(timeline);
+    return timeline;
+  }
+
+  /** Scrolls until the lane of the selected step is in the window, with as much above it as fits. */
+  function reveal(timeline) {
+    const { top, bottom } = timeline.laneOfSelected();
+    if (bottom > innerHeight - 24) scrollBy(0, bottom - innerHeight + 24);
+    else if (top < 60) scrollBy(0, top - 60);
   }
 
   /** Returns the previous and the next case of those listed last, or of all. */

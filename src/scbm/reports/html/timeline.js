@@ -3,10 +3,10 @@
 //   const timelines = new Timelines(packed)        the packed runs of scbm.reports.html.timelines
 //   const run = await timelines.load(index)        the run of a case, null if it cannot be run again
 //   const shown = showTimeline(element, run, {record, label, onSelect})
-//   shown.destroy()
+//   shown.select(index); shown.destroy()
 //
 // `record` is the index of the record that is selected first, `label` the name of the case, and `onSelect(index)` the
-// callback for each other record that is selected.
+// callback for each other record that is selected. `run.failures` are the messages of failures with their records.
 
 const { Timelines, showTimeline } = (() => {
   "use strict";
@@ -95,6 +95,7 @@ const { Timelines, showTimeline } = (() => {
       records,
       ended: packed.ended_ns,
       violations,
+      failures: packed.failures.map(([message, record]) => ({ message: texts[message], record })),
       notes: [...packed.unused.map((text) => `no effect: ${texts[text]}`), ...packed.notes.map((text) => texts[text])],
     };
   }
@@ -1021,13 +1022,26 @@ const { Timelines, showTimeline } = (() => {
       this.map.replaceChildren(...parts, svg("rect", { class: "tl-window", ...place }));
     }
 
+    /** Returns the row of the selected record: that of a requirement that it violates, else that of its own lane. */
+    #rowOfSelected() {
+      const isViolated = ({ lane }) => lane?.group === "requirements" && lane.marks.some(({ record }) => record === this.#selected);
+      return this.#rows.find(isViolated) ?? this.#rows.find(({ lane }) => lane && lane === this.#lanes.of(this.#selected));
+    }
+
+    /** Returns the upper and the lower edge of the selected record's lane, in the window. */
+    laneOfSelected() {
+      const row = this.#rowOfSelected();
+      const { top } = this.picture.getBoundingClientRect();
+      return row ? { top: top + row.y, bottom: top + row.y + row.height } : { top, bottom: top };
+    }
+
     #shownRecord = -1;
 
     /** Scrolls to the lane of the selected record. */
     #keepInSight() {
       if (this.#shownRecord === this.#selected || this.box.scrollHeight <= this.box.clientHeight + 1) return;
       this.#shownRecord = this.#selected;
-      const row = this.#rows.find(({ lane }) => lane && lane === this.#lanes.of(this.#selected));
+      const row = this.#rowOfSelected();
       if (!row) return;
       const top = row.y - 20;
       const bottom = AXIS + row.y + row.height + 10 - this.box.clientHeight;
@@ -1273,7 +1287,7 @@ const { Timelines, showTimeline } = (() => {
     const panes = html("div", { className: "tl-panes" }, table.box, state.box);
     const notes = html("ul", { className: "tl-notes" }, ...run.notes.map((words) => html("li", {}, words)));
     const called = { className: "tl", role: "group", "aria-label": `Timeline ${label}`.trim() };
-    const root = html("div", called, bar, chart.box, chart.map, chart.legend, now, panes);
+    const root = html("div", called, bar, now, chart.box, chart.map, chart.legend, panes);
     if (run.notes.length) root.append(notes);
     element.append(root);
 
@@ -1357,6 +1371,9 @@ const { Timelines, showTimeline } = (() => {
     chart.draw();
 
     return {
+      select: choose,
+      /** Returns the edges of the lane that shows the selected record, in the window. */
+      laneOfSelected: () => chart.laneOfSelected(),
       destroy() {
         document.removeEventListener("keydown", onKey);
         removeEventListener("beforeprint", whole);

@@ -20,6 +20,7 @@ A case is `null` if it cannot be run again. Otherwise it has:
   the index of its first record, the number of records up to its last one, and its outcome, which is a text.
 - `ended_ns`: the end of the run.
 - `violations`: each `[requirement, begins, record, at_ns, reason]`.
+- `failures`: each `[message, record]`: why the case failed, and the record that shows it, which is often the last one.
 - `unused`: the clauses of the case without effect, as sentences.
 - `notes`: what else a reader should know of the run, as sentences.
 
@@ -65,13 +66,14 @@ from scbm.cases.trace import (
 from scbm.model import format_moment, format_value
 from scbm.model.variables import Role
 from scbm.model.visible_text import escaped
+from scbm.testing.verdicts import violation_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases.trace import Sentence
     from scbm.model import BehaviorModel
-    from scbm.testing import Execution
+    from scbm.testing import Execution, Failure
     from scbm.testing.requirement_monitors import Violation
 
 _PER_BLOCK = 64
@@ -150,6 +152,7 @@ class _Packer:
             "plans": self._spans(spans.plans),
             "ended_ns": execution.ended_ns,
             "violations": [self._violation(violation) for violation in execution.violations],
+            "failures": [[self._text(str(each)), _record(each, execution)] for each in execution.verdict.failures],
             "unused": [self._text(sentence) for sentence in execution.unused],
             "notes": [self._text(sentence) for sentence in (*execution.notes, *_repeats(execution))],
         }
@@ -178,6 +181,12 @@ class _Packer:
 
     def _text(self, text: str) -> int:
         return _number(self._texts, text)
+
+
+def _record(failure: Failure, execution: Execution) -> int:
+    """Return the index of the record that shows a failure: that of the violation, else the end of the run."""
+    violation = violation_of(failure, execution.violations)
+    return len(execution.trace.records) - 1 if violation is None else violation.record
 
 
 def _repeats(execution: Execution) -> Iterator[str]:

@@ -244,7 +244,7 @@ def test_failures_of_one_kind_are_one_finding(wording: Wording) -> None:
     history = history_of(ROOT / "tests/models/fails_at_run/requirement.yaml", 7)
     page = report(history)
     (cause,) = {failure.message for case in history.cases for failure in case.verdict.failures}
-    assert page.text.count(cause) == 5
+    assert page.text.count(cause) == 6
     assert len(page.json("columns")["failures"]) == 7
     wording(text for text in page.texts if "7 cases" in text or text.startswith("Reproduce"))
 
