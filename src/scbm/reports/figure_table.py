@@ -157,22 +157,13 @@ def _row(label: str, figure: Figure, columns: int) -> Text:
     return line
 
 
-def missed_table(
-    model: BehaviorModel, coverage: Coverage, columns: int = DEFAULT_COLUMNS, statuses: Statuses | None = None
-) -> Iterator[Text]:
-    """Yield a row for each operation that misses something, and for each automatic transition that was not taken.
-
-    Args:
-        model: the model.
-        coverage: the visits of the cases.
-        columns: the width of the report.
-        statuses: the statuses of the obligations; `None` if visits alone decide them.
-    """
-    lifted = LiftedStatuses.of(model, statuses or Statuses.of(coverage))
+def missed_table(model: BehaviorModel, statuses: Statuses, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
+    """Yield a row for each operation that misses something, and for each automatic transition that was not taken."""
+    lifted = LiftedStatuses.of(model, statuses)
     if lifted is not None:
-        yield from _folded_table(model, lifted, statuses or Statuses.of(coverage), columns)
+        yield from _folded_table(model, lifted, statuses, columns)
         return
-    known = (statuses or Statuses.of(coverage)).by_obligation
+    known = statuses.by_obligation
     missed = {o: status for o, status in known.items() if status.marked is not Decision.COVERED}
     if not missed:
         return

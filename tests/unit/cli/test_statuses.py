@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from scbm.proofcheck import CertificateFlaw
+from scbm.reports.figure_table import FORCED_MARK
 from scbm.reports.formats import FORMATS
 from support.wording import Wording, diagnostic_heads, paragraphs
 
@@ -389,6 +390,9 @@ def test_an_obligation_that_only_a_forced_state_visits_is_not_covered(lamp: Path
     assert names == ["switch/disabled", "switch/executing", "switch/completed"]
     assert statuses["coverable"] == {"visited": 0, "of": 5, "percent": 0.0}
     assert _json(scbm("report", store, "--json"))["statuses"] == statuses
+    tables = (scbm("test", lamp, case).out, scbm("report", store).out)
+    (row,), of_store = ([line for line in text.splitlines() if line.startswith("  op: ")] for text in tables)
+    assert (row.count(FORCED_MARK), of_store) == (3, [row])
     assert scbm("test", lamp, "--store", store).code == 0
     names = [entry["name"] for entry in _json(scbm("report", store, "--json"))["statuses"]["obligations"]]
     assert names == ["switch/disabled"]

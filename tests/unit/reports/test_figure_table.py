@@ -61,7 +61,7 @@ def test_the_mark_of_undecided_obligations_stands_in_the_title_only_if_it_occurs
         waivers = [Waiver(str(each), "spare", "Ada", "2026-01-01") for each in waived]
         review = WaiverReview.on("2026-01-02", waivers)
         statuses = Statuses.of(campaign.coverage, waivers=review)
-        _, title, *rows = [line.plain for line in missed_table(model, campaign.coverage, statuses=statuses)]
+        _, title, *rows = [line.plain for line in missed_table(model, statuses)]
         assert title.startswith("Missed (○)") is not bool(waived)
         assert any("○" in row for row in rows) is not bool(waived)
 

@@ -25,7 +25,7 @@ automatic_transitions:
 def lines(model: BehaviorModel, visited: list[Obligation], proofs: dict[str, StatusProof] | None = None) -> list[str]:
     obligations = Obligations.of(model)
     coverage = Coverage(obligations, (("case", sum(map(obligations.bit, visited))),))
-    return [line.plain for line in missed_table(model, coverage, 100, Statuses.of(coverage, proofs))]
+    return [line.plain for line in missed_table(model, Statuses.of(coverage, proofs), 100)]
 
 
 def test_a_row_counts_the_instances_that_are_missed() -> None:
@@ -52,11 +52,11 @@ def test_a_cell_has_the_first_status_of_what_is_missed() -> None:
 def test_a_cell_counts_the_instances_and_the_legend_has_the_marks_that_are_shown() -> None:
     coverage = Coverage(Obligations.of(MODEL), ())
     waived = WaiverReview((Waiver("open_it.d1/failed", "no", "Ada", "2026-11-20"),))
-    found = [line.plain for line in missed_table(MODEL, coverage, 100, Statuses.of(coverage, waivers=waived))]
+    found = [line.plain for line in missed_table(MODEL, Statuses.of(coverage, waivers=waived), 100)]
     assert found[2].split() == ["op:", "open_it", "(3)", "○3", "○3", "○3", "○2", "○3", "○3"]
     assert found[-1] == "  (n): n instances; ○n: n of them"
     everything = WaiverReview(tuple(Waiver(f"open_it.d{n}/failed", "no", "Ada", "2026-11-20") for n in (1, 2, 3)))
-    shown = [line.plain for line in missed_table(MODEL, coverage, 100, Statuses.of(coverage, waivers=everything))]
+    shown = [line.plain for line in missed_table(MODEL, Statuses.of(coverage, waivers=everything), 100)]
     assert shown[2].split()[6] == "~3"
     assert shown[-1] == "  ~ waived"
 
@@ -82,7 +82,7 @@ automatic_transitions:
         "waits for on.a == true && on.b == true && on.c == true",
     ]
     coverage = Coverage(Obligations.of(model), ())
-    narrow = [line.plain for line in missed_table(model, coverage, 60, Statuses.of(coverage))]
+    narrow = [line.plain for line in missed_table(model, Statuses.of(coverage), 60)]
     assert max(map(len, narrow)) <= 60
 
 

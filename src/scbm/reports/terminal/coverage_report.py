@@ -173,7 +173,7 @@ def coverage_report(
     yield from _driver_lines(result, columns)
     yield from finding_lines(campaign, result.findings, result.commands)
     yield from unused_lines(campaign)
-    table = list(missed_table(campaign.model, coverage, columns, result.statuses))
+    table = list(missed_table(campaign.model, result.statuses, columns))
     is_short = is_too_long(table, shows_all=shows_all)
     if is_short:
         missed = missed_reasons(result, str(result.suite.file), CampaignKind.of_campaign(result))

@@ -176,7 +176,7 @@ def stored_report(
     yield Text()
     yield from figures(coverage, columns)
     yield from _failed(history)
-    table = list(missed_table(history.model, coverage, columns, history.decided))
+    table = list(missed_table(history.model, history.statuses, columns))
     if is_too_long(table, shows_all=shows_all):
         missed = missed_reasons(history, history.source.path, CampaignKind.of_store(history))
         yield from reason_lines(history.model, missed, columns)
