@@ -33,8 +33,7 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
-from scbm.running.untimed.run_notes import RunNote
-from scbm.running.untimed.situations import TIME_LIMIT, Happening, HappeningKind, Position, WaitsFor
+from scbm.running.untimed.situations import TIME_LIMIT, Happening, HappeningKind, Position, RunNote, WaitsFor
 from scbm.testing import RandomCases, Tester
 from support.profiles import examples
 from support.random_models import random_model

@@ -19,10 +19,10 @@ from scbm.running import Program
 from scbm.running.untimed.noted_steps import NotedSteps
 from scbm.running.untimed.plan_queues import CanonicalQueues
 from scbm.running.untimed.relevance import Relevance
-from scbm.running.untimed.run_notes import NoteKind
 from scbm.running.untimed.situations import (
     ANSWER,
     HappeningKind,
+    NoteKind,
     PlanningTooLargeError,
     TooManyRepliesError,
     TooManyRestsError,

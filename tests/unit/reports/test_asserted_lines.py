@@ -12,7 +12,7 @@ from scbm.cases.coverage import (
     AssertionEvidence,
     Obligation,
 )
-from scbm.reports.asserted_lines import MAX_LISTED, asserted_line, unasserted_lines
+from scbm.reports.status_lines import MAX_LISTED, asserted_line, unasserted_lines
 from support.wording import Wording
 
 

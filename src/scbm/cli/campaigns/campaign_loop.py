@@ -165,7 +165,7 @@ def _store(output: CampaignOutput, suite: Suite, where: str | None) -> AbstractC
         return nullcontext()
     from scbm.cli.campaigns.store_keeper import keeping  # noqa: PLC0415 - a database, which few runs need
 
-    return keeping(output.store, suite.model, suite.file, where, output.evidence)
+    return keeping(output.store, suite, where, output.evidence)
 
 
 def _progress(suite: Suite, where: str | None) -> AbstractContextManager[CampaignProgress]:

@@ -32,27 +32,22 @@ if TYPE_CHECKING:
     from scbm.store import Recipe, StoreFigures, StoreWriter
     from scbm.testing import CaseResult, WrittenCase
     from scbm.testing.event_logs.event_log import EventLog
+    from scbm.testing.suite import Suite
 
 
 @contextmanager
-def keeping(
-    path: Path,
-    model: BehaviorModel,
-    model_file: Path,
-    where: str | None = None,
-    evidence: StatusEvidence | None = None,
-) -> Iterator[Keeper]:
+def keeping(path: Path, suite: Suite, where: str | None, evidence: StatusEvidence | None) -> Iterator[Keeper]:
     """Return a keeper that adds the results of this command to a store. Raise `InputError` if it cannot.
 
     Args:
         path: the store.
-        model: the model under test.
-        model_file: its file.
+        suite: the cases of the command.
         where: a description of the nodes that run the cases; `None` for simulation.
-        evidence: the certificates and waivers that count; those of the model alone by default.
+        evidence: the certificates and waivers that count; `None` for those of the model alone.
     """
+    model = suite.model
     waivers = model.waivers if evidence is None else (*evidence.waivers.counting, *evidence.waivers.expired)
-    run = begin_run(["scbm", *sys.argv[1:]], str(model_file), read_file(model_file), where, waivers)
+    run = begin_run(["scbm", *sys.argv[1:]], str(suite.file), read_file(suite.file), where, waivers)
     with ExitStack() as store:
         writer = store.enter_context(write_store(path, model, run))
         writer.keep_certificates([] if evidence is None else list(map(_stored, evidence.sound)))

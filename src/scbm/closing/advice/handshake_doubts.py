@@ -2,17 +2,16 @@
 
 Only what has all other lines of the protocol is doubted: operations and failures that follow a protocol of their own
 raise no doubt. A transition that replaces a generated one, as it has its name, needs all its lines.
-Triggers that ends of operations leave true are doubts of `request_doubts`, and values of requests that nothing says are
-doubts of `command_doubts`.
+Triggers that ends of operations leave true, and values of requests that nothing says, are doubts of `request_doubts`.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.closing.advice.command_doubts import doubts_about_commands
 from scbm.closing.advice.doubts import Doubt
 from scbm.closing.advice.instant_operations import completes_at_once
+from scbm.closing.advice.request_doubts import doubts_about_commands
 from scbm.model import Assign, Constant, Equal, OperationState, Reference, RequestState, Slug
 from scbm.model.predicates import conjuncts
 from scbm.model.variables import CURRENT_STATE, operation_state_name

@@ -17,8 +17,7 @@ from scbm.model.requirements import BuiltIn
 from scbm.model.variables import CURRENT_STATE
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.running.lifecycle import timer_ns
-from scbm.running.untimed.run_notes import NoteKind
-from scbm.running.untimed.situations import PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind
+from scbm.running.untimed.situations import PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind, NoteKind
 from scbm.testing.request_faults import RequestFate, is_at_fault
 from scbm.testing.request_protocol import sets
 from scbm.testing.verdicts import ExcuseRules

@@ -12,8 +12,7 @@ from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
 from scbm.model import OperationState, RequestState
 from scbm.model.requirements import BuiltIn
 from scbm.planning.engines.breadth_first import BreadthFirst
-from scbm.running.untimed.run_notes import NoteKind, RunNote
-from scbm.running.untimed.situations import PLAN_LIMIT
+from scbm.running.untimed.situations import PLAN_LIMIT, NoteKind, RunNote
 from scbm.testing.request_protocol import RequestProtocol
 
 if TYPE_CHECKING:

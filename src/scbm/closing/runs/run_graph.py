@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from scbm.model import Predicate, Value
     from scbm.running import Program
     from scbm.running.untimed.relevance import Relevance
-    from scbm.running.untimed.run_notes import RunNote
     from scbm.running.untimed.run_steps import RunSteps
-    from scbm.running.untimed.situations import Position
+    from scbm.running.untimed.situations import Position, RunNote
 
 
 MAX_STEPS_EACH = 20

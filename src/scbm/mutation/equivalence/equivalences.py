@@ -14,9 +14,8 @@ from scbm.mutation.equivalence.comparable_mutant import IncomparableError, chang
 from scbm.mutation.equivalence.mutant_decisions import DifferentMutant, EquivalentMutant, UndecidedMutant
 from scbm.mutation.equivalence.observed_runs import ObservedRuns
 from scbm.mutation.equivalence.plan_differences import PlanDifferences
-from scbm.mutation.equivalence.runner_differences import RunnerDifferences
+from scbm.mutation.equivalence.runner_differences import RunnerDifferences, WorldDifferences
 from scbm.mutation.equivalence.witness_search import WitnessSearch, differ_only_in_payloads, first_difference
-from scbm.mutation.equivalence.world_differences import WorldDifferences
 from scbm.running.untimed.situations import PlanningTooLargeError
 
 if TYPE_CHECKING:

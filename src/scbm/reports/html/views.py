@@ -24,7 +24,6 @@ from scbm.cases.coverage import (
     visits_in_words,
 )
 from scbm.model.visible_text import escaped
-from scbm.reports.asserted_lines import asserted_words
 from scbm.reports.ci.marked_lines import mark_lines
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import FORCED_MARK, STATUS_MARKS, short_of_goal_in_words
@@ -33,7 +32,7 @@ from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
 from scbm.reports.missed_groups import ReasonGroup, reason_groups
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.status_lines import status_warnings, united_in_words
+from scbm.reports.status_lines import asserted_words, status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
 
 if TYPE_CHECKING:

@@ -13,7 +13,6 @@ from rich.text import Text
 from scbm.cases.coverage import Aspect, Decision, InstanceFolds, Obligation
 from scbm.closing.summaries import aspects_in_words
 from scbm.model.visible_text import counted, shown_path
-from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.cover_advice import CampaignKind, CoverAdvisor, CoverMeans, in_few, joined_advice
 from scbm.reports.figure_table import (
     COLUMNS,
@@ -28,7 +27,7 @@ from scbm.reports.figure_table import (
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.status_lines import figure_lines
+from scbm.reports.status_lines import asserted_line, figure_lines, unasserted_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 from scbm.reports.terminal.missed_listing import is_too_long, reason_lines
 from scbm.running.simulation.excluded_values import EXCLUDED

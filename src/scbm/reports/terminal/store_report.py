@@ -12,7 +12,6 @@ from rich.text import Text
 
 from scbm.cases.coverage import Decision
 from scbm.model.visible_text import counted, shown_path
-from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
@@ -25,7 +24,7 @@ from scbm.reports.figure_table import (
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.status_lines import figure_lines, lifted_lines
+from scbm.reports.status_lines import asserted_line, figure_lines, lifted_lines, unasserted_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
 from scbm.reports.terminal.missed_listing import is_too_long, reason_lines
 from scbm.running.simulation.excluded_values import EXCLUDED

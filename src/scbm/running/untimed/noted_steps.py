@@ -9,8 +9,8 @@ from scbm.cases.trace import End
 from scbm.model import OperationState
 from scbm.running.lifecycle import PlanEffect, parts_by_end
 from scbm.running.micro_steps import RequestSending, RunTurn
-from scbm.running.untimed.run_notes import NoteKind, RunNote
 from scbm.running.untimed.run_steps import RunSteps
+from scbm.running.untimed.situations import NoteKind, RunNote
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
