@@ -76,7 +76,10 @@ class AtomFormula(Formula):
 
     def _named(self, token: Token, choice: Choice) -> Token:
         slot = self._slots.get(token.start_pos or 0) if token.type == "NAME" else None
-        return token if slot is None else Token.new_borrow_pos("NAME", slot.name(choice), token)
+        if slot is None:
+            return token
+        name = slot.name(choice)
+        return Token.new_borrow_pos("INTEGER" if name.isdecimal() else "NAME", name, token)
 
     def _term(self, tree: SyntaxTree, choice: Choice, counts: Mapping[int, int]) -> SyntaxTree:
         """Return `sum`, `min` or `max` over objects as a sum, or as `min` or `max` of terms."""
@@ -160,9 +163,13 @@ class ImpliedFormula(CompoundFormula):
 
     def ground(self, choice: Choice) -> Ground:
         """Return the implication, or what one of its sides decides."""
-        left, right = (operand.ground(choice) for operand in self._operands)
-        if isinstance(left, bool):
-            return right if left else True
+        first, second = self._operands
+        left = first.ground(choice)
+        if left is False:
+            return True  # what follows may have an index that no name has
+        right = second.ground(choice)
+        if left is True:
+            return right
         if isinstance(right, bool):
             return right or negated(left, self._tree)
         tree: SyntaxTree = Tree("implication", [left.tree, right.tree], self._tree.meta)
@@ -299,6 +306,24 @@ class CountedFormula(BoundFormula):
             connective: Connective = "conjunction" if formula.connective == "&&" else "disjunction"
             return joint(connective, (self._rendered(each, trees) for each in formula.operands), self._tree)
         return formula if isinstance(formula, bool) else trees[formula]
+
+
+class IntegerFormula(Formula):
+    """A comparison of terms over integers that are objects, such as `i + 1 < j`."""
+
+    is_static = True
+
+    def __init__(self, atom: AtomFormula) -> None:
+        self.parameters = atom.parameters
+        self._atom = atom
+
+    def ground(self, choice: Choice) -> bool:
+        """Return whether the comparison holds."""
+        left, relation, right = self._atom.ground(choice).tree.children
+        first, second = (value_of(side) if isinstance(side, Tree) else None for side in (left, right))
+        assert first is not None  # noqa: S101 - it reads no variable
+        assert second is not None  # noqa: S101 - it reads no variable
+        return relation_holds(str(relation), first, second)
 
 
 class CountCasesFormula(Formula):

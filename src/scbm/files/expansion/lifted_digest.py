@@ -7,6 +7,7 @@ import re
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
+from scbm.files.expansion.static_facts import MAX_OBJECTS, integers_of
 from scbm.model import ObjectLists
 
 if TYPE_CHECKING:
@@ -80,6 +81,9 @@ def _table(name: str, node: YamlNode) -> tuple[str, tuple[str, ...], tuple[tuple
 
 def _objects(node: YamlNode) -> tuple[str, ...]:
     """Return the objects that a type lists itself."""
+    integers = integers_of(node)
+    if integers is not None:
+        return tuple(map(str, integers[:MAX_OBJECTS]))
     listed = node.items.get("objects", node)
     return tuple(element.text or "" for element in listed.elements)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
@@ -108,12 +109,18 @@ class IndexSlot(NameSlot):
 
     def name(self, choice: Choice) -> str:
         """Return the ground name."""
-        objects = tuple([choice[term.name] if term.is_parameter else term.name for term in self._terms])
+        objects = tuple([term.object_in(choice) for term in self._terms])
         name = f"{'.'.join((self._indexed.stem, *objects))}{self._indexed.suffix}"
         if objects not in self._indexed.declared:
             remedy = f"`{self._indexed.base}` is not declared for these objects"
+            if any(term.added for term in self._terms):
+                remedy = f"exclude it by a condition that stands before, or by `where`: {remedy}"
             raise LiftedFault(Slug.WRONG_INDEX, f"there is no `{name}`", self._begin, self._end, remedy)
         return name + self._suffix
+
+
+_ADDED = re.compile(r"([A-Za-z_]\w*)\s*([+-])\s*(\d{1,9})", re.ASCII)
+"""A number that is added to a parameter, in an index."""
 
 
 class NoteFault(Protocol):
@@ -195,9 +202,13 @@ class LiftedScope(Struct, frozen=True):
         """Return the parameter or the object of this name; `None` for any other name."""
         if word in self.parameters:
             return ObjectTerm(word, is_parameter=True)
-        if word in self.names.facts.places and word not in self.names.plain:
+        if word in self.names.facts.integers or (word in self.names.facts.places and word not in self.names.plain):
             return ObjectTerm(word, is_parameter=False)
         return None
+
+    def is_integer(self, word: str) -> bool:
+        """Return whether a word is a parameter that stands for integers."""
+        return word in self.kinds and self.names.facts.is_of_integers(self.kinds[word])
 
     def dotted(self, token: LiftedToken) -> DottedIndex | None:
         """Return a name with dots as a name with an index; `None` if it begins with none."""
@@ -235,6 +246,9 @@ class LiftedScope(Struct, frozen=True):
         self, indexed: IndexedName, place: int, part: tuple[str, int, int], note: NoteFault
     ) -> ObjectTerm | None:
         word, begin, end = part
+        added = _ADDED.fullmatch(word)
+        if added is not None:
+            return self._added_term(added, begin, end, note)
         term = self.term(word)
         allowed = indexed.objects[place]
         kind = indexed.kinds[place]
@@ -258,6 +272,18 @@ class LiftedScope(Struct, frozen=True):
             note(Slug.WRONG_INDEX, message, begin, end, remedy)
             return None
         return term
+
+    def _added_term(self, added: re.Match[str], begin: int, end: int, note: NoteFault) -> ObjectTerm | None:
+        """Return `i + 1` for a parameter that stands for integers; `None` for any other name, which is noted."""
+        name = added[1]
+        if self.is_integer(name):
+            return ObjectTerm(name, is_parameter=True, added=int(f"{added[2]}{added[3]}"))
+        if name not in self.kinds:
+            self.refuse_unknown(name, begin, begin + len(name), note)
+            return None
+        message = f"`{name}` is a `{self.kinds[name]}`, and numbers are added to integers alone"
+        note(Slug.WRONG_INDEX, message, begin, end, f"declare integers as objects: `{self.kinds[name]}: 1..4`")
+        return None
 
     def _moved_suffix(self, indexed: IndexedName, word: str) -> str | None:
         """Return `cnc_req_state.m` for the word `m_req_state` in `cnc.m_req_state`; `None` for other words."""

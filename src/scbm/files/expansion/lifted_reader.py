@@ -23,6 +23,7 @@ from scbm.files.expansion.formulas import (
     DisjunctionFormula,
     GroupFormula,
     ImpliedFormula,
+    IntegerFormula,
     NegatedFormula,
     QuantifiedFormula,
     relation_holds,
@@ -53,9 +54,9 @@ _COMPOUND: dict[str, type[CompoundFormula]] = {
     "implication": ImpliedFormula,
 }
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
-_PART = re.compile(r"[\w.]+|[^\s,]")
+_PART = re.compile(r"[A-Za-z_]\w*\s*[+-]\s*\d+(?=\s*(?:,|$))|[\w.]+|[^\s,]")
 _NAME = re.compile(
-    r"(?<![\w.])(?<!\d )[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*(?!(?u:\w))(?:\s*\[[^\[\](){}]*\](?:_\w+|(?:\.[A-Za-z_]\w*)*))?",
+    r"(?<![\w.])(?<!\d )[A-Za-z_]\w*(?:\.\w+)*(?!(?u:\w))(?:\s*\[[^\[\](){}]*\](?:_\w+|(?:\.\w+)*))?",
     re.ASCII,
 )
 """A name in a text that is one name or one value."""
@@ -136,7 +137,7 @@ class LiftedReader:
             message = "a count is compared with a number, a variable or a sum"
             self._note(Slug.PREDICATE_SYNTAX, message, *extent(_token(counted, 0)), EXAMPLE_OF_COUNT)
             return ConstantFormula(True)
-        term = self._scope.term(word.text) if word is not None else None
+        term = self._scope.term(word.text) if word is not None and word.is_name else None
         if word is None or term is None:
             return self.atom(tree)
         self._scope.refuse_bare(term, word, self._note)
@@ -270,10 +271,32 @@ class LiftedReader:
         counts = self._counts(tree)
         if counts is not None:
             return counts
+        if self._is_of_integers(tree):
+            self._refuse_no_integer(tree)
+            return IntegerFormula(self.atom(tree, is_dynamic=False))
         left, right = _simple(tree.children[0]), _simple(tree.children[2])
         if _token(tree, 1) not in ("==", "!="):
             return self._order(left, right)
         return self._equality(tree, left, right) if left is not None and right is not None else None
+
+    def _is_of_integers(self, tree: SyntaxTree) -> bool:
+        """Return whether a comparison has parameters that stand for integers, numbers, and nothing else."""
+        names = [*_names_in(tree)]
+        is_plain = next(tree.find_data("aggregate"), None) is None
+        return bool(names) and is_plain and all(self._scope.is_integer(name) for name in names)
+
+    def _refuse_no_integer(self, tree: SyntaxTree) -> None:
+        """Note a parameter that is compared with a number that no object of its type is."""
+        left, right = _simple(tree.children[0]), _simple(tree.children[2])
+        for name, number in ((left, right), (right, left)):
+            if name is None or number is None or number.is_name or _token(tree, 1) not in ("==", "!="):
+                continue
+            objects = self._scope.parameters.get(name.text, ())
+            if objects and str(int(number.text[:9])) not in objects:
+                kind = self._scope.kinds[name.text]
+                message = f"`{number.text}` is not an object of the type `{kind}`"
+                remedy = f"its objects are {objects[0]}..{objects[-1]}"
+                self._note(Slug.VALUE_OUTSIDE_DOMAIN, message, number.begin, number.end, remedy)
 
     def _equality(self, tree: SyntaxTree, first: LiftedToken, second: LiftedToken) -> Formula | None:
         left, right = self._scope.term(first.text), self._scope.term(second.text)
@@ -307,7 +330,8 @@ class LiftedReader:
 
     def _order(self, *sides: LiftedToken | None) -> Formula | None:
         """Note a parameter or an object that is an operand of `<` and the like; `None` if there is none."""
-        found = [(side, term) for side in sides if side is not None and (term := self._scope.term(side.text))]
+        words = [side for side in sides if side is not None and side.is_name and not self._scope.is_integer(side.text)]
+        found = [(side, term) for side in words if (term := self._scope.term(side.text))]
         for token, term in found:
             self._scope.refuse_order(term, token, self._note)
         return ConstantFormula(True) if found else None
@@ -389,9 +413,9 @@ class LiftedReader:
         objects = self._scope.names.facts.objects
         return f"{table.name}({', '.join(names.get(kind) or (*objects(kind), kind)[0] for kind in table.types)})"
 
-    def atom(self, tree: SyntaxTree) -> AtomFormula:
-        """Return a part of a text that reads variables."""
-        self._dynamic.append(tree)
+    def atom(self, tree: SyntaxTree, *, is_dynamic: bool = True) -> AtomFormula:
+        """Return a part of a text that the resolver reads; with `is_dynamic`, it reads variables."""
+        self._dynamic += [tree] if is_dynamic else []
         slots: dict[int, NameSlot] = {}
         bounds: dict[int, Bound] = {}
         self._collect(tree, slots, bounds)

@@ -64,13 +64,22 @@ class ConstantFormula(Formula):
 
 
 class ObjectTerm(Struct, frozen=True):
-    """An object, or a parameter that stands for one."""
+    """An object, or a parameter that stands for one.
+
+    Attributes:
+        name: the name of the object or of the parameter.
+        is_parameter: whether it is a parameter.
+        added: what is added to the integer that the parameter stands for, as in `i + 1`.
+    """
 
     name: str
     is_parameter: bool
+    added: int = 0
 
     def object_in(self, choice: Choice) -> str:
         """Return the object for a choice."""
+        if self.added:
+            return str(int(choice[self.name]) + self.added)
         return choice[self.name] if self.is_parameter else self.name
 
 

@@ -117,7 +117,9 @@ class _ObjectStage:
         return replace(self._no_names(), lifted=lifted, choices=choices, instances=instances)
 
     def _no_names(self) -> InstanceNames:
-        return InstanceNames(objects=frozenset(self._facts.places), types=frozenset(self._facts.types))
+        return InstanceNames(
+            objects=frozenset((*self._facts.places, *self._facts.integers)), types=frozenset(self._facts.types)
+        )
 
     def _refuse_clashes(self) -> None:
         """Note objects that have the name of a variable."""
@@ -268,7 +270,10 @@ class _ObjectStage:
             self._report.add(Slug.BAD_DOMAIN, f"`{text}` is not a domain", domain.place, f"did you mean `{near}`?")
             new = YamlNode(None, domain.place, condemned=True, end=domain.end)
         elif text is not None and text in types:
-            new = listed_at(domain.place, domain.end, types[text])
+            objects = types[text]
+            new = listed_at(domain.place, domain.end, objects)
+            if self._facts.is_of_integers(text):
+                new = text_node(f"{objects[0]}..{objects[-1]}", domain.place, domain.end)
         elif any(element.text in types for element in domain.elements):
             elements: list[YamlNode] = []
             for element in domain.elements:

@@ -54,7 +54,7 @@ _TEXT_KEYS = (
 _PLAIN_KEYS = ("may_end",)
 """Keys under which no names stand, wherever they are."""
 
-_TOKEN = re.compile(r"(?<!\w)(?!(?:min|max)\s*\()[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*", re.ASCII)
+_TOKEN = re.compile(r"(?<!\w)(?!(?:min|max)\s*\()[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
 """A name; `min` and `max` before a bracket are none."""
 
 _OPERATOR = re.compile(r"[-+]|[=!<>]=|[<>]|&&|\|\|")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 """The syntax of the names of types, tables, objects and parameters: without dots, which join ground names."""
 
+_RANGE = re.compile(r"\s*(\d{1,9})\s*\.\.\s*(\d{1,9})\s*")
+
 MAX_OBJECTS = 10_000
 """The maximum number of objects that the types of a file list: as many as an entry may have instances."""
 
@@ -34,6 +37,12 @@ _TABLE_KEYS = ("of", "rows")
 
 _SUFFIXES = ("state", "name")
 """The last parts of the names of variables that the runner keeps, such as `scan.state` and `current.name`."""
+
+
+def integers_of(node: YamlNode) -> range | None:
+    """Return the integers of a type that is a range, such as `1..4`; `None` for other types."""
+    match = _RANGE.fullmatch(node.text or "")
+    return None if match is None else range(int(match[1]), int(match[2]) + 1)
 
 
 class ObjectTable(Struct, frozen=True):
@@ -50,7 +59,7 @@ class ObjectTable(Struct, frozen=True):
     rows: Mapping[tuple[str, ...], None]
 
 
-class StaticFacts(Struct, frozen=True):
+class StaticFacts(Struct, frozen=True, dict=True):
     """The types and the tables of a model file.
 
     Attributes:
@@ -72,6 +81,15 @@ class StaticFacts(Struct, frozen=True):
     def objects(self, kind: str) -> tuple[str, ...]:
         """Return the objects of a type; none for an unknown one."""
         return self.types.get(kind, ())
+
+    def is_of_integers(self, kind: str) -> bool:
+        """Return whether the objects of a type are integers."""
+        return self.objects(kind)[:1] != () and self.objects(kind)[0].isdecimal()
+
+    @cached_property
+    def integers(self) -> dict[str, None]:
+        """The objects that are integers."""
+        return {each: None for kind in self.types if self.is_of_integers(kind) for each in self.types[kind]}
 
 
 def read_facts(document: YamlNode, report: ErrorCollector) -> StaticFacts:
@@ -156,7 +174,9 @@ class _FactsReader:
 
     def _is_too_large(self, node: YamlNode, place: Place) -> bool:
         """Return whether a type is one too many, or lists too many objects, which is noted before they are read."""
+        integers = integers_of(node)
         self._listed += len((node.get("objects") or node).elements)
+        self._listed += 0 if integers is None else abs(integers.stop - integers.start)
         for count, most, noun in ((len(self._own) + 1, MAX_TYPES, "types"), (self._listed, MAX_OBJECTS, "objects")):
             if count > most:
                 message = f"`types` lists more than {most:,} {noun}"
@@ -178,6 +198,13 @@ class _FactsReader:
             if parent is not None:
                 self._read_parent(name, parent, node.key_places["of"])
         if listed is None or listed.condemned:
+            return
+        integers = integers_of(node)
+        if integers is not None:
+            self._own[name] = dict.fromkeys(map(str, integers or range(integers.stop - 1, integers.start + 1)))
+            if not integers:  # uses of the integers that are meant are no further errors
+                message = f"`{node.text}` has no integers"
+                self._add(Slug.BAD_DOMAIN, message, node.place, "begin with the smaller number: `1..4`")
             return
         if not isinstance(listed.plain, list):
             message = f"the objects of `{name}` are a list"

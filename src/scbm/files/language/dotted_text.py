@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Container
 
-INDEXED = re.compile(r"(?<![\w.])([A-Za-z_][\w.]*)\[\s*([A-Za-z_]\w*(?:\s*,\s*[A-Za-z_]\w*)*)\s*\](_\w+)?", re.ASCII)
+INDEXED = re.compile(r"(?<![\w.])([A-Za-z_][\w.]*)\[\s*(\w+(?:\s*,\s*\w+)*)\s*\](_\w+)?", re.ASCII)
 """A name with an index of objects; the index may stand before the end of a variable of a resource."""
 
 

@@ -54,7 +54,7 @@ _IN.2: /in(?![\w.])/
 <keywords>
 TRUE: "true"
 FALSE: "false"
-NAME: /[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*/
+NAME: /[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*/
 INTEGER: /-?[0-9]+/
 DURATION: /[0-9]+(\.[0-9]+)?\s*[A-Za-zµ]+/
 %ignore /[ \t\r\n\f]+/
@@ -87,10 +87,10 @@ QUANTIFIERS = ("forall", "exists", "count")
 AGGREGATES = ("sum", "min", "max")
 """The words that begin a term over objects; they are keywords only before a parameter, too."""
 
-_NAME = r"/[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*/"
+_NAME = r"/[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*/"
 _INDEXED_NAME = (
-    r"/[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*"
-    r"(\s*\[[^\[\](){}]*\](_[A-Za-z0-9_]+|(\.[A-Za-z_][A-Za-z0-9_]*)*))?/"
+    r"/[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*"
+    r"(\s*\[[^\[\](){}]*\](_[A-Za-z0-9_]+|(\.[A-Za-z0-9_]+)*))?/"
 )
 
 _WORDS = ("true", "false", "in")

@@ -116,7 +116,7 @@ class Scope(Struct, frozen=True, dict=True):
         return format_value(value) in self.symbols
 
 
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)*", re.ASCII)
 """The syntax of names; dots join the names of parts, entries and objects."""
 
 _NEARLY_NAME = re.compile(r"[\w .-]{1,60}", re.ASCII)

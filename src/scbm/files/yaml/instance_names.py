@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 _NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
 _PARAMETER = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _QUOTED = re.compile(r"`([A-Za-z_]\w*)`", re.ASCII)
+_NUMBER = re.compile(r"(?<![\w.])\d+")
 _PREFIXES = ("", "start_", "complete_", "fail_")
 """What the name of an operation, and of its transitions, begins with."""
 
@@ -135,7 +136,8 @@ class InstanceNames(Struct, frozen=True):
 
     def without_objects(self, text: str) -> str:
         """Return a text that is the same for all instances of an entry: without the names of objects."""
-        return _NAME.sub(lambda match: ".".join(self._anonymous(part) for part in match[0].split(".")), text)
+        text = _NAME.sub(lambda match: ".".join(self._anonymous(part) for part in match[0].split(".")), text)
+        return _NUMBER.sub("*", text) if any(each.isdecimal() for each in self.objects) else text
 
     def _anonymous(self, word: str) -> str:
         return "*" if word in self.objects else word

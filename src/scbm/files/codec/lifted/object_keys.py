@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from scbm.model.requirements import RequirementForm
 
 _WORDS: dict[str, Data] = {"type": "array", "items": {"type": "string"}}
+_OBJECTS: dict[str, Data] = {"anyOf": [_WORDS, {"type": "string", "pattern": r"^\d+\.\.\d+$"}]}
 
 
 def _absent(_: object) -> None:
@@ -102,14 +103,20 @@ _REQUIREMENT = LiftedRequirementType("requirement", "a requirement", {"type": "s
 LIFTED_REQUIREMENTS: NamesType[RequirementForm | None] = NamesType(_REQUIREMENT, "name → requirement")
 
 TYPES = NamesType(
-    ScalarOrMappingType(TypeKeys, "list of objects, or type", "a list of objects", _WORDS), "name → objects, or type"
+    ScalarOrMappingType(TypeKeys, "list of objects, range, or type", "a list of objects", _OBJECTS),
+    "name → objects, or type",
 )
 TABLES = NamesType(MappingType(TableKeys, "table"), "name → table")
 
 
 def types_key() -> Key[object]:
     """Return the key `types`."""
-    return Key(TYPES, "The types of objects, each with its objects in order.", absent="no types", source=_absent)
+    return Key(
+        TYPES,
+        "The types of objects, each with its objects in order, or with integers: `1..4`.",
+        absent="no types",
+        source=_absent,
+    )
 
 
 def tables_key() -> Key[object]:
