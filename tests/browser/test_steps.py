@@ -8,8 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from msgspec.structs import replace
 
+from scbm.files import write_case
+from scbm.store import SmallestCase
+from scbm.testing import RandomCases, Tester
+from scbm.testing.shrinking.shrinker import Shrinker
 from support.histories import history_of
+from support.wording import Wording
 
 pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
 from playwright.sync_api import expect
@@ -101,3 +107,47 @@ def test_two_clicks_lead_from_the_first_page_to_the_failing_step(visit: Visit, f
     page.locator("[data-notice=failed] a[href='#/findings']").click()
     page.locator(".page.shown .message a").first.click()
     assert _selected(page) > 1
+
+
+@pytest.fixture(scope="session")
+def shrunk(write_report: Callable[..., Path]) -> Path:
+    """Return the report of cases that fail for one cause, the second of which has the smallest case."""
+    history = history_of(MODELS / "fails_at_run/requirement.yaml", 3)
+    tester = Tester(history.model)
+    execution = tester.execute(RandomCases(history.model).case(1, 1))
+    (failure,) = execution.verdict.failures
+    small = Shrinker(tester).shrink(execution, failure).execution.case
+    text = write_case(small, history.model, None)
+    kept = SmallestCase(failure.kind, failure.subject, text, "small/one.yaml", 1, 0, 4, 12, ("a choice",))
+    first, second, third = history.cases
+    return write_report(replace(history, cases=(first, replace(second, smallest=(kept,)), third)))
+
+
+def test_the_smallest_case_comes_first_with_what_matters_and_its_command(visit: Visit, shrunk: Path) -> None:
+    page = visit.open(shrunk, "#/case/seed-1-case-1")
+    assert _selected(page) > 1
+    expect(page.locator(".form-names [aria-current]")).to_have_attribute("href", "#/case/seed-1-case-1/smallest")
+    expect(page.locator("[data-smallest] code")).to_have_text("scbm replay small/one.yaml")
+    expect(page.locator(".matters li")).to_have_count(1)
+    page.keyboard.press("ArrowLeft")
+    expect(page).to_have_url(re.compile(r"#/case/seed-1-case-1/smallest/step/\d+$"))
+
+
+def test_the_case_as_it_was_found_is_one_click_away(visit: Visit, shrunk: Path) -> None:
+    page = visit.open(shrunk, "#/case/seed-1-case-1")
+    page.locator(".form-names a").last.click()
+    expect(page.locator(".again code")).to_contain_text("--seed 1 --case 1")
+    expect(page.locator("[data-smallest]")).to_have_count(0)
+    assert _selected(page) > 1
+    assert _selected(visit.open(shrunk, "#/case/seed-1-case-1/step/2")) == 2
+
+
+def test_without_a_smallest_case_a_sentence_gives_the_reason(
+    visit: Visit, write_report: Callable[..., Path], wording: Wording
+) -> None:
+    history = history_of(MODELS / "fails_at_run/requirement.yaml", 1)
+    command = f"{history.runs[0].command} --no-shrink"
+    without = replace(history, runs=(replace(history.runs[0], command=command),))
+    for each in (without, history):
+        notice = visit.open(write_report(each), "#/case/seed-1-case-1").locator("[data-notice=no-smallest]")
+        wording(notice.inner_text())

@@ -16,12 +16,12 @@ from scbm.model import FIRST_PLANNER, PlannerIdentity, format_duration
 from scbm.model.visible_text import counted, shell_word, shown_path
 from scbm.planning import DRAWN_PLANS
 from scbm.store import Written
-from scbm.testing import FailureKind
+from scbm.testing import MAX_SHRUNK, FailureKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.store import History, Recipe, StoredCase, StoredRun
+    from scbm.store import History, Recipe, SmallestCase, StoredCase, StoredRun
     from scbm.testing import Failure
 
 
@@ -32,11 +32,13 @@ class Cause(Struct, frozen=True):
         failure: the failure of the first case.
         case: the first case.
         messages: the labels of all cases with this cause, in the order of the store, each with its message.
+        smallest: the smallest case that fails for this cause; `None` if none is stored.
     """
 
     failure: Failure
     case: StoredCase
     messages: tuple[tuple[str, str], ...]
+    smallest: SmallestCase | None
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -50,12 +52,55 @@ def causes_of(history: History) -> tuple[Cause, ...]:
     Failures have the same cause if their kind and subject are equal. For goals that were not reached the goals must be
     equal too, and for requirements of a command line their sentences. Each unmet expectation is a cause of its own.
     """
-    found: dict[tuple[str, ...], tuple[Failure, StoredCase, dict[str, str]]] = {}
+    found: dict[tuple[str, ...], tuple[Failure, dict[str, str], list[StoredCase]]] = {}
     for label, case in zip(history.labels, history.cases, strict=True):
         for failure in case.verdict.failures:
             key = (failure.kind.value, failure.subject, _scope(failure, case, label))
-            found.setdefault(key, (failure, case, {}))[2].setdefault(label, failure.message)
-    return tuple(Cause(failure, case, tuple(messages.items())) for failure, case, messages in found.values())
+            _, messages, cases = found.setdefault(key, (failure, {}, []))
+            messages.setdefault(label, failure.message)
+            cases.append(case)
+    return tuple(
+        Cause(failure, cases[0], tuple(messages.items()), _smallest(failure, cases))
+        for failure, messages, cases in found.values()
+    )
+
+
+def _smallest(failure: Failure, cases: Sequence[StoredCase]) -> SmallestCase | None:
+    """Return the smallest case that is stored with one of the cases that fail for a cause."""
+    alike = (each for case in cases for each in case.smallest if each.subject == failure.subject)
+    return next((each for each in alike if each.kind is failure.kind), None)
+
+
+def smallest_by_label(history: History) -> dict[str, tuple[SmallestCase, ...]]:
+    """Return the smallest cases that fail as a failed case does, by the labels of the cases that have any."""
+    found: dict[str, tuple[SmallestCase, ...]] = {}
+    for cause in causes_of(history):
+        if cause.smallest is not None:
+            found |= {label: (*found.get(label, ()), cause.smallest) for label in cause.labels}
+    return found
+
+
+def smallest_lines(smallest: SmallestCase | None) -> Iterator[str]:
+    """Yield the file and the size of a smallest case, then what matters in it; nothing for `None`."""
+    if smallest is not None:
+        yield f"smallest: {smallest.sizes}{f'; {smallest.path}' if smallest.path else ''}"
+        yield from (f"it matters: {choice}" for choice in smallest.what_matters)
+
+
+def replay_command(smallest: SmallestCase) -> str:
+    """Return the command that runs a smallest case again; empty if it has no file."""
+    return f"scbm replay {shown_path(smallest.path)}" if smallest.path else ""
+
+
+def why_no_smallest(stored: StoredCase, runs: Sequence[StoredRun]) -> str:
+    """Return why no smallest case of a failed case is stored, one sentence."""
+    if stored.is_over_nodes:
+        return "Cases that ran over nodes are not made smaller."
+    if "--no-shrink" in runs[stored.run].command.split():
+        return "Its run had the option `--no-shrink`, so no smaller case was sought."
+    if all(failure.kind in (FailureKind.EXPECTATION, FailureKind.IMPOSSIBLE) for failure in stored.verdict.failures):
+        return "What it expects belongs to this case alone, so no smaller case was sought."
+    return f"Its run sought none: it was interrupted, or had more than {MAX_SHRUNK} other failures."
 
 
 def asked_for(failure: Failure, recipe: Recipe) -> str:

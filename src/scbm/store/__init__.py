@@ -14,12 +14,14 @@ if TYPE_CHECKING:
     from scbm.store.history_reader import read_history
     from scbm.store.model_edits import Dropped
     from scbm.store.replays import Replays, drawn_recipe, network_words, written_recipe
+    from scbm.store.smallest_cases import SmallestCase
     from scbm.store.store_union import Combined, combine_stores
     from scbm.store.store_writer import (
         MutantWriter,
         StoreFigures,
         StoreWriter,
         begin_run,
+        keep_smallest,
         time_now,
         write_mutants,
         write_store,
@@ -49,6 +51,7 @@ __all__ = [
     "MutatedSuite",
     "Recipe",
     "Replays",
+    "SmallestCase",
     "StoreFigures",
     "StoreWriter",
     "StoredCase",
@@ -62,6 +65,7 @@ __all__ = [
     "combine_stores",
     "digest_of",
     "drawn_recipe",
+    "keep_smallest",
     "key_of",
     "network_words",
     "read_history",
@@ -80,8 +84,11 @@ __getattr__ = lazy_exports(
         "history_reader": "read_history",
         "model_edits": "Dropped",
         "replays": "Replays drawn_recipe network_words written_recipe",
+        "smallest_cases": "SmallestCase",
         "store_union": "Combined combine_stores",
-        "store_writer": "MutantWriter StoreFigures StoreWriter begin_run time_now write_mutants write_store",
+        "store_writer": (
+            "MutantWriter StoreFigures StoreWriter begin_run keep_smallest time_now write_mutants write_store"
+        ),
         "stored_evidence": "StoredCertificate",
         "stored_mutants": (
             "OPERATORS_VERSION RECORDED VERDICTS MutatedSuite StoredMutant StoredMutation basis_of read_limits"

@@ -18,6 +18,7 @@ from scbm.store.stored_mutants import find_evidence
 if TYPE_CHECKING:
     from scbm.cases.coverage import AssertionEvidence, ObjectListVisits, Obligation
     from scbm.model import BehaviorModel, Waiver
+    from scbm.store.smallest_cases import SmallestCase
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import StoredMutation
     from scbm.testing import Excuse, Verdict
@@ -140,6 +141,7 @@ class StoredCase(Struct, frozen=True):
         log: if it ran over nodes, the log of that, packed: see `packed_log`.
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
         excluded: over nodes the number of values that drivers sent and the model excludes.
+        smallest: the smallest cases that its run found for its failures; other cases with a failure have none.
     """
 
     key: bytes
@@ -156,6 +158,7 @@ class StoredCase(Struct, frozen=True):
     log: bytes | None = None
     forced: int = 0
     excluded: int = 0
+    smallest: tuple[SmallestCase, ...] = ()
 
     @property
     def is_over_nodes(self) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
+from scbm.store.smallest_cases import smallest_text
 from scbm.store.stored_evidence import excuses_text, waivers_text
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 11
+TABLES_VERSION = 12
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -210,6 +211,14 @@ TABLES: dict[str, StoreTable] = {
                 "INTEGER",
                 "over nodes: the number of values that drivers sent and the model excludes; null for simulation",
                 value=lambda case: None if case.recipe.real is None else case.excluded,
+            ),
+            StoreColumn(
+                "smallest",
+                "TEXT",
+                "JSON, of a case whose failures were made smaller: a list of `kind` and `subject` of the failure, the"
+                " smallest case as YAML (`text`) and its file (`path`), its `operations` and `choices`, those before"
+                " (`operations_before`, `choices_before`), and the choices that matter (`matters`)",
+                value=lambda case: smallest_text(case.smallest),
             ),
             StoreColumn(
                 "log",

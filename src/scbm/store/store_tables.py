@@ -22,6 +22,7 @@ from scbm.model import LiftedOrigin, ObjectLists, PlannerChoice, PlannerIdentity
 from scbm.model.json_reader import convert_json, read_json
 from scbm.store.history import Drawn, ModelSource, Recipe, StoredRun, Written
 from scbm.store.packed_logs import unpacked_log
+from scbm.store.smallest_cases import SmallestCase, read_smallest_text, smallest_text
 from scbm.store.store_schema import TABLES
 from scbm.store.stored_evidence import (
     StoredCertificate,
@@ -33,7 +34,7 @@ from scbm.testing import Failure, FailureKind, Verdict
 
 if TYPE_CHECKING:
     import sqlite3
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from scbm.model import BehaviorModel
 
@@ -105,6 +106,7 @@ class CaseRow(Struct, frozen=True):
     log: bytes | None
     forced: int = 0
     excluded: int = 0
+    smallest: tuple[SmallestCase, ...] = ()
 
 
 class VisitTotals(Struct, frozen=True):
@@ -179,18 +181,19 @@ class Tables:
         settings = {
             id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM setting ORDER BY id")
         }
-        rows = self._connection.execute(f"SELECT {_CASE_COLUMNS}, excuses, excluded FROM test_case ORDER BY key")  # noqa: S608 - our own
+        more = "excuses, excluded, smallest"
+        rows = self._connection.execute(f"SELECT {_CASE_COLUMNS}, {more} FROM test_case ORDER BY key")  # noqa: S608 - our own
         for row in rows:
             key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
             recipe = _recipe(settings[setting], seed, number, text, path)
-            ended, failures, ended_ns, requests, visited, log, forced, excuses, excluded = result
+            ended, failures, ended_ns, requests, visited, log, forced, excuses, excluded, smallest = result
             verdict = Verdict(End(ended), _failures(failures), read_excuses_text(excuses))
             bits = _known(visited, count)
             _refuse_another_log(log, recipe)
             yield CaseRow(
                 key, _text(name), _text(goal), model, run, _number(position), recipe,
                 verdict, _number(ended_ns), _number(requests), bits, log, _known(forced or b"", count),
-                _number(excluded or 0),
+                _number(excluded or 0), read_smallest_text(smallest),
             )  # fmt: skip
 
     def certificates(self) -> Iterator[tuple[int, StoredCertificate]]:
@@ -358,6 +361,13 @@ class Tables:
         self._connection.execute(
             "UPDATE run SET visited = ?, cases = cases + 1, failed = failed + ? WHERE id = ?",
             (self._bytes(visited | _set(before)), failed, run),
+        )
+
+    def put_smallest(self, run: str, name: str, smallest: Sequence[SmallestCase]) -> None:
+        """Add the smallest cases to the case of a run, by their id and name."""
+        self._connection.execute(
+            "UPDATE test_case SET smallest = ? WHERE name = ? AND run = (SELECT id FROM run WHERE token = ?)",
+            (smallest_text(smallest), name, run),
         )
 
     def finish_run(self, run: int) -> None:

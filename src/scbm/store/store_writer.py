@@ -49,12 +49,13 @@ from scbm.store.stored_mutants import basis_of, find_evidence
 
 if TYPE_CHECKING:
     import sqlite3
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from scbm.cases.coverage import Figure
     from scbm.model import BehaviorModel, PlannerIdentity, Waiver
     from scbm.store.history import Recipe
+    from scbm.store.smallest_cases import SmallestCase
     from scbm.store.store_tables import ModelRow
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import MutatedSuite, StoredMutant
@@ -250,6 +251,13 @@ class StoreWriter:
         coverage = Coverage(self._obligations, (("", totals.visited),))
         lifted = LiftedStatuses.of(self._model, Statuses.of(coverage, forced=totals.forced), others)
         return StoreFigures(totals.cases, coverage.figure, lifted)
+
+
+def keep_smallest(path: Path, run: StoredRun, smallest: Mapping[str, Sequence[SmallestCase]]) -> None:
+    """Add the smallest cases that were found after a run to its failed cases, by their names. Raise `InputError`."""
+    with open_for_writing(path) as connection, store_errors(path), transaction(connection):
+        for name, found in smallest.items():
+            Tables(connection).put_smallest(run.id, name, found)
 
 
 class StoreFigures(Struct, frozen=True):

@@ -17,11 +17,20 @@ from scbm.files import read_file
 from scbm.model import InputError
 from scbm.model.visible_text import counted
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run, united_lines
-from scbm.store import StoredCertificate, begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
+from scbm.store import (
+    StoredCertificate,
+    begin_run,
+    drawn_recipe,
+    keep_smallest,
+    network_words,
+    sayable,
+    write_store,
+    written_recipe,
+)
 from scbm.testing.campaign_results_json import lifted_json
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from scbm.cases import Case, Network
@@ -29,7 +38,7 @@ if TYPE_CHECKING:
     from scbm.closing.certificate_files import CheckedCertificate
     from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel
-    from scbm.store import Recipe, StoreFigures, StoreWriter
+    from scbm.store import Recipe, SmallestCase, StoredRun, StoreFigures, StoreWriter
     from scbm.testing import CaseResult, WrittenCase
     from scbm.testing.event_logs.event_log import EventLog
     from scbm.testing.suite import Suite
@@ -51,7 +60,7 @@ def keeping(path: Path, suite: Suite, where: str | None, evidence: StatusEvidenc
     with ExitStack() as store:
         writer = store.enter_context(write_store(path, model, run))
         writer.keep_certificates([] if evidence is None else list(map(_stored, evidence.sound)))
-        keeper = Keeper(writer, path, model)
+        keeper = Keeper(writer, path, model, run)
         yield keeper
         keeper.finish(store)
 
@@ -88,13 +97,14 @@ class Keeper:
         evidence: at the end, what the store says about asserted obligations; `None` before, and after an error.
     """
 
-    def __init__(self, writer: StoreWriter, path: Path, model: BehaviorModel) -> None:
+    def __init__(self, writer: StoreWriter, path: Path, model: BehaviorModel, run: StoredRun) -> None:
         self.is_whole = True
         self.is_unfinished = False
         self.evidence: AssertionEvidence | None = None
         self._writer = writer
         self._path = path
         self._model = model
+        self._run = run
         self._totals: StoreFigures | None = None
 
     def keep(
@@ -119,6 +129,12 @@ class Keeper:
                 planner = None if log is None else log.planner
                 self._writer.add(position, recipe, result, self._log(log), planner)
                 self.is_unfinished = self.is_unfinished or result.verdict.end is not End.LOST
+
+    def keep_smallest(self, smallest: Mapping[str, Sequence[SmallestCase]]) -> None:
+        """Add the smallest cases that were found after the run, by the names of the cases that failed."""
+        if smallest and self.is_whole:
+            with self._store_errors():
+                keep_smallest(self._path, self._run, smallest)
 
     @contextmanager
     def _store_errors(self) -> Iterator[None]:

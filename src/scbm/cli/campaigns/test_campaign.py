@@ -18,7 +18,7 @@ from scbm.cli.options.option_errors import OptionReader, refuse_given
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
-from scbm.files import load_model
+from scbm.files import load_model, write_case
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import counted, shown_path
 from scbm.reports import coverage_report, missing_report
@@ -30,8 +30,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    from scbm.cases import Case
     from scbm.model import Requirement
-    from scbm.testing import Campaign, Finding
+    from scbm.store import SmallestCase
+    from scbm.testing import Campaign, Finding, Shrunk
     from scbm.testing.batches.campaign_runs import Executor
 
 _RANDOM = 20
@@ -113,6 +115,8 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     findings = find_causes(tester, done.campaign, MAX_SHRUNK if output.shrink and is_whole else 0)
     saved, is_kept = _save_all_small(suite, findings, output.failures)
     is_kept = is_kept and remember_failed(suite, done.campaign, output.failures)
+    if done.keeper is not None:
+        done.keeper.keep_smallest(_smallest_by_name(suite, findings, saved))
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
     code = report_campaign(done, result_of(done, suite, output, findings, commands), output)
     return code if is_saved and is_kept else max(2, code)
@@ -246,14 +250,37 @@ def _save_small(suite: Suite, finding: Finding, directory: Path) -> Path | None:
         return None
     failed = finding.names[0]
     comments = [f"the smallest case found that fails as {failed} did:", str(finding.failure)]
-    execution = finding.shrunk.execution
-    small = replace(execution.case, recorded=execution.recorded, plans=execution.plans_to_keep)
-    texts = case_texts([(small, comments)], directory, suite.model, suite.file)
+    texts = case_texts([(_small_case(finding.shrunk), comments)], directory, suite.model, suite.file)
     (path,) = texts
     if suite.writer.reads(path):
         return None  # the suite has the small case of an earlier campaign, which shows the failure as well
     suite.writer.write_all(texts, overwrite=True)
     return path
+
+
+def _small_case(shrunk: Shrunk) -> Case:
+    """Return a small case with what its run showed, as its file has it."""
+    execution = shrunk.execution
+    return replace(execution.case, recorded=execution.recorded, plans=execution.plans_to_keep)
+
+
+def _smallest_by_name(
+    suite: Suite, findings: Sequence[Finding], saved: Sequence[Path | None]
+) -> dict[str, list[SmallestCase]]:
+    """Return the small cases as stores keep them, by the name of the first case of their findings."""
+    from scbm.store import SmallestCase, sayable  # noqa: PLC0415 - a database, which few runs need
+
+    found: dict[str, list[SmallestCase]] = {}
+    for finding, path in zip(findings, saved, strict=True):
+        shrunk = finding.shrunk
+        if shrunk is not None:
+            failure, after, before = shrunk.failure, shrunk.after, shrunk.before
+            text = write_case(_small_case(shrunk), suite.model, None)
+            sizes = (after.operations, after.choices, before.operations, before.choices)
+            where = "" if path is None else sayable(str(path))
+            small = SmallestCase(failure.kind, failure.subject, text, where, *sizes, tuple(map(str, shrunk.matters)))
+            found.setdefault(finding.names[0], []).append(small)
+    return found
 
 
 def _is_written(suite: Suite, texts: Mapping[Path, str]) -> bool:

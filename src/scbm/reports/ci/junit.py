@@ -9,13 +9,13 @@ from scbm.model.visible_text import counted
 from scbm.reports.ci.xml_text import portable, xml_text
 from scbm.reports.figure_table import short_of_goal_in_words
 from scbm.reports.status_lines import status_warnings, united_in_words
-from scbm.reports.stored_cases import again, again_words, place_of
+from scbm.reports.stored_cases import again, again_words, place_of, smallest_by_label, smallest_lines
 from scbm.store import Drawn
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
-    from scbm.store import History, StoredCase
+    from scbm.store import History, SmallestCase, StoredCase
 
 _SECONDS = len("2026-11-21T12:00:00")
 """Length of a timestamp to the second, the form that Ant introduced and tools still expect."""
@@ -37,8 +37,9 @@ def junit_xml(history: History) -> str:
     properties = SubElement(suite, "properties")
     for name, value in _properties(history):
         SubElement(properties, "property", {"name": name, "value": value})
+    smallest = smallest_by_label(history)
     for label, case in zip(history.labels, history.cases, strict=True):
-        _add_case(suite, label, case, history)
+        _add_case(suite, label, case, history, smallest.get(label, ()))
     return xml_text(root)
 
 
@@ -76,12 +77,12 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
             yield "warning", warning
 
 
-def _add_case(suite: Element, label: str, case: StoredCase, history: History) -> None:
+def _add_case(suite: Element, label: str, case: StoredCase, history: History, smallest: Sequence[SmallestCase]) -> None:
     test = SubElement(suite, "testcase", {"name": label, "classname": history.model.name})
     test.set("time", _seconds(case.ended_ns))
     place = place_of(case, history)
     if not case.verdict.passed:
-        _add_failure(test, case, history)
+        _add_failure(test, case, history, smallest)
     output = [f"ran {place}"] if place else []
     if case.verdict.is_short:
         reasons = ", ".join(excuse.words for excuse in dict.fromkeys(case.verdict.excuses))
@@ -90,14 +91,15 @@ def _add_case(suite: Element, label: str, case: StoredCase, history: History) ->
         SubElement(test, "system-out").text = "\n".join(output)
 
 
-def _add_failure(test: Element, case: StoredCase, history: History) -> None:
+def _add_failure(test: Element, case: StoredCase, history: History, smallest: Sequence[SmallestCase]) -> None:
     first, *others = case.verdict.failures
     more = f" (and {counted(len(others), 'more failure')})" if others else ""
     tag = (
         "error" if case.is_lost else "failure"
     )  # in JUnit, a test that could not be carried out is an error, not a failure
     failure = SubElement(test, tag, {"type": first.kind.value, "message": f"{first}{more}"})
-    failure.text = "\n".join(_failure_lines(case, history))
+    lines = (*_failure_lines(case, history), *(line for each in smallest for line in smallest_lines(each)))
+    failure.text = "\n".join(lines)
 
 
 def _failure_lines(case: StoredCase, history: History) -> Iterator[str]:

@@ -20,7 +20,7 @@ from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings, united_in_words
-from scbm.reports.stored_cases import again, causes_of, durations
+from scbm.reports.stored_cases import again, causes_of, durations, replay_command
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -172,10 +172,15 @@ def _cause(cause: Cause, history: History) -> tuple[str, str, str]:
     more = len(cause.labels) - _MAX_NAMED
     command = again(cause.case, history.source.path, history.runs)
     all_of_it = "all of its run: " if cause.case.is_over_nodes else ""
+    small = cause.smallest
+    if small is not None and small.path:
+        command = replay_command(small)
+        all_of_it = f"smallest case, {small.sizes}: "
+    matters = "".join(f"; it matters: {_plain(choice)}" for choice in ([] if small is None else small.what_matters))
     return (
         f"**{cause.failure.kind.replace('_', ' ')}**: {_plain(cause.failure.message)}",
         f"{named} and {more} more" if more > 0 else named,
-        f"{all_of_it}{_cell(command)}" if command else "",
+        f"{all_of_it}{_cell(command)}{matters}" if command else "",
     )
 
 

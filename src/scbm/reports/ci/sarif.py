@@ -13,7 +13,7 @@ from scbm.files import read_located
 from scbm.model import Place
 from scbm.model.visible_text import counted, escaped_data
 from scbm.reports.ci.xml_text import is_absolute, portable
-from scbm.reports.stored_cases import again, again_words, asked_for, causes_of, place_of
+from scbm.reports.stored_cases import again, again_words, asked_for, causes_of, place_of, smallest_lines
 from scbm.store import Written
 from scbm.testing import FailureKind
 from scbm.testing.built_in_requirements import part_to_change
@@ -183,7 +183,12 @@ def _result(cause: Cause, history: History, places: Places) -> dict[str, Any]:
         "message": {"text": _message(cause, history)},
         "locations": [{"physicalLocation": region_of(place)}],
         "partialFingerprints": {"scbmCause/v1": fingerprint, "primaryLocationLineHash": f"{fingerprint}:1"},
-        "properties": {"subject": cause.failure.subject, "goal": cause.case.goal, "cases": list(cause.labels)},
+        "properties": {
+            "subject": cause.failure.subject,
+            "goal": cause.case.goal,
+            "cases": list(cause.labels),
+            **_smallest(cause),
+        },
     }
 
 
@@ -196,7 +201,17 @@ def _message(cause: Cause, history: History) -> str:
     ran = f"\nran {place}" if place else ""
     command = again(cause.case, portable(history.source.path), history.runs)
     how = f"\n{again_words(cause.case)}: {command}" if command else ""
-    return f"{cause.failure}\nin {named}{others}{ran}{how}"
+    small = "".join(f"\n{line}" for line in smallest_lines(cause.smallest))
+    return f"{cause.failure}\nin {named}{others}{ran}{how}{small}"
+
+
+def _smallest(cause: Cause) -> dict[str, Any]:
+    """Return the smallest case as a property: its file, its size and that of the case before, and what matters."""
+    small = cause.smallest
+    if small is None:
+        return {}
+    sizes = {"operations": small.operations, "operationsBefore": small.operations_before}
+    return {"smallestCase": {"file": small.path, **sizes, "matters": list(small.matters)}}
 
 
 def _place(cause: Cause, history: History, places: Places) -> Place:

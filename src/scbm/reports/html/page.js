@@ -27,7 +27,7 @@
   const say = (words) => { byId("said").textContent = words; };
   const nameOf = ([subject, aspect]) => (aspect === "taken" ? `automatic/${subject}` : `${subject}/${aspect}`);
   const casesThatVisit = (name) => `#/cases?visits=${encodeURIComponent(name)}`;
-  const caseAddress = (label, record = null) => `#/case/${encodeURIComponent(label)}${record === null ? "" : `/step/${record + 1}`}`;
+  const caseAddress = (label, record = null, form = "") => `#/case/${encodeURIComponent(label)}${form && `/${form}`}${record === null ? "" : `/step/${record + 1}`}`;
 
   function verdict(failed) {
     return h("span", { class: `verdict ${failed ? "failed" : "visited"}`, "data-verdict": failed ? "failed" : "passed" }, failed ? "✗ failed" : "✓ passed");
@@ -69,8 +69,8 @@
   function parse(hash) {
     const [path, query] = hash.replace(/^#\/?/, "").split(/\?(.*)/s);
     const [page, rest] = path.split(/\/(.*)/s);
-    const [, name, step] = (page === "case" && /^([^/]*)\/step\/(\d+)$/.exec(rest ?? "")) || [null, rest ?? "", null];
-    return { address: hash, page: page || "missing", name: decoded(name), step: step && Number(step), query: new URLSearchParams(query ?? "") };
+    const [, name, form, step] = (page === "case" && /^([^/]*)(?:\/(smallest|found))?(?:\/step\/(\d+))?$/.exec(rest ?? "")) || [null, rest ?? ""];
+    return { address: hash, page: page || "missing", name: decoded(name), form: form ?? null, step: step ? Number(step) : null, query: new URLSearchParams(query ?? "") };
   }
 
   function decoded(text) {
@@ -129,7 +129,7 @@
   function show() {
     const route = parse(location.hash);
     const section = sectionOf(route);
-    if (section.id === "/case" && shown?.page === "case" && shown.name === route.name && selectStep?.(route.step)) {
+    if (section.id === "/case" && shown?.page === "case" && shown.name === route.name && shown.form === route.form && selectStep?.(route.step)) {
       shown = route;
       return;
     }
@@ -381,6 +381,8 @@
     const again = details().commands[index];
     const text = details().texts[index];
     const ran = placeOf(index);
+    const small = smallestOf(index);
+    const isSmall = small !== null && (shown.form === "smallest" || (shown.form === null && shown.step === null));
     const place = h("div", { class: "of-timeline" }, h("p", { class: "about" }, "Opening its timeline …"));
     content.replaceChildren(
       neighbours(index),
@@ -388,25 +390,44 @@
       h("p", null, verdict(failures.length), ` ${c.ends[c.end[index]]} after ${seconds(c.ended_ns[index])}`),
       ran ? h("p", { class: "ran", "data-place": ran }, `It ran ${ran}.${again ? " That run cannot be repeated: the timeline is that of its log." : ""}`) : "",
       failures.length ? h("ul", { class: "failures" }, failures.map(([, , message]) => h("li", null, message))) : "",
-      again ? h("p", { class: "again" }, ran ? "Again, with its whole run: " : "Again: ", command(again))
+      isSmall ? "" : again ? h("p", { class: "again" }, ran ? "Again, with its whole run: " : "Again: ", command(again))
         : h("p", { class: "notice", "data-notice": c.ends[c.end[index]] === "lost" ? "lost" : "earlier-model" }, c.ends[c.end[index]] === "lost" ? "Its run did not finish, because a node was lost."
           : "It ran on an earlier version of the model, so it cannot be run again."),
-      h("h2", null, ran ? `Timeline ${ran}` : "Timeline"), place,
+      failures.length ? formsOf(index, small, isSmall) : "",
+      h("h2", null, isSmall ? "Timeline of the smallest case" : ran ? `Timeline ${ran}` : "Timeline"), place,
       facts(index),
       ...visitsOf(index),
       ...(text === undefined ? [] : [h("h2", null, "The case"), h("p", { class: "about" }, h("code", null, details().paths[index])), h("pre", { tabindex: "0", class: "text" }, text)]),
     );
-    return openTimeline(content, place, index);
+    return openTimeline(content, place, index, isSmall ? small : null);
   }
 
-  function openTimeline(content, place, index) {
+  /** Returns the smallest case that fails as a case does: `{run, sizes, command, matters}`; null if there is none. */
+  function smallestOf(index) {
+    const found = failuresOf(index).map(([, , , cause]) => columns().smallest[cause]).find(Boolean);
+    if (!found) return null;
+    const [run, sizes, again, matters] = found;
+    return { run, sizes, again, matters };
+  }
+
+  /** Returns the choice between the smallest case and the case as it was found, or why there is no smallest one. */
+  function formsOf(index, small, isSmall) {
+    if (!small) return h("p", { class: "about", "data-notice": "no-smallest" }, columns().no_smallest[index] ?? "");
+    const form = (name, words, isShown) => h("a", { href: caseAddress(columns().label[index], null, name), "aria-current": isShown ? "true" : null }, words);
+    return h("div", { class: "forms" },
+      h("p", { class: "form-names" }, form("smallest", "Smallest case", isSmall), " ", form("found", "As found", !isSmall)),
+      isSmall ? h("p", { "data-smallest": small.sizes }, `${small.sizes}. `, small.again ? command(small.again) : "") : "",
+      isSmall ? h("ul", { class: "matters" }, small.matters.map((choice) => h("li", null, `It matters: ${choice}`))) : "");
+  }
+
+  function openTimeline(content, place, index, small) {
     let timeline = null;
     let isLeft = false;
     const put = (words, notice) => place.replaceChildren(h("p", { class: "about", "data-notice": notice }, words));
     const open = async () => {
-      const data = await timelines().load(index);
+      const data = await timelines().load(small?.run ?? index);
       if (isLeft) return;
-      if (data !== null) timeline = openSteps(content, place, index, data);
+      if (data !== null) timeline = openSteps(content, place, index, data, small ? "smallest" : "");
       else if (placeOf(index) && details().commands[index]) put("There is no timeline: another version of scbm wrote the log, and it cannot be replayed.", "log-of-another-version");
       else put("There is no timeline: the case was not run again for this report.", "not-run-again");
     };
@@ -415,7 +436,7 @@
   }
 
   /** Shows the steps of a run, first that of the address, else the first one that failed; its address follows them. */
-  function openSteps(content, place, index, run) {
+  function openSteps(content, place, index, run, form) {
     const label = columns().label[index];
     const last = run.records.length;
     const isStep = (step) => step === null || (step >= 1 && step <= last);
@@ -423,8 +444,8 @@
     const failed = run.failures.length ? Math.min(...run.failures.map(({ record }) => record)) : null;
     const record = asked === null ? (failed ?? 0) : asked - 1;
     place.replaceChildren(asked === shown.step ? "" : h("p", { class: "notice", "data-notice": "no-step" }, `There is no step ${shown.step}: the run has ${counted(last, "step")}.`));
-    const timeline = showTimeline(place, run, { record, label, onSelect: (selected) => rename(caseAddress(label, selected)) });
-    content.querySelector(".failures")?.replaceChildren(...run.failures.map(({ message, record: at }) => h("li", null, h("a", { href: caseAddress(label, at) }, message))));
+    const timeline = showTimeline(place, run, { record, label, onSelect: (selected) => rename(caseAddress(label, selected, form)) });
+    content.querySelector(".failures")?.replaceChildren(...run.failures.map(({ message, record: at }) => h("li", null, h("a", { href: caseAddress(label, at, form) }, message))));
     selectStep = (step) => {
       if (step === null || !isStep(step)) return false;
       timeline.select(step - 1);

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
+from msgspec.structs import replace
 
 from scbm.cases.coverage import only_by
 from scbm.model.visible_text import counted, escaped, escaped_data
@@ -18,13 +19,13 @@ from scbm.reports.html.cell_strip import strip_rows
 from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.html.views import ReportView, Visitors, breakable, fragment, prose
-from scbm.reports.stored_cases import again, causes_of, place_of, sort_of_place
+from scbm.reports.stored_cases import again, causes_of, place_of, replay_command, sort_of_place, why_no_smallest
 from scbm.store import Written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator
 
-    from scbm.store import History, StoredCase
+    from scbm.store import History, SmallestCase, StoredCase
     from scbm.testing import Execution
 
 
@@ -39,6 +40,8 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
     - `marks`: one character for the status of each obligation;
     - `strip`: aspect and subjects of each row in the picture of all obligations;
     - `visitors`: number of cases that visit each obligation;
+    - `smallest`: `[index of its timeline, sizes, command, what matters]` of smallest cases, by the number of the cause;
+    - `no_smallest`: why a failed case has none, by the index of the case as text;
     - `failures`: `[kind, subject, message, number of the cause]` for each failure, by the index of the case as text.
     """
     cases = history.cases
@@ -72,6 +75,15 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
         "strip": strip_rows(history.model),
         "visitors": [len(cases) for cases in visitors.by_bit],
         "only": [(alone & counted).bit_count() for alone in only_by(history.coverage)],
+        "smallest": {
+            str(number): [len(cases) + place, small.sizes, replay_command(small), small.what_matters]
+            for place, (number, small) in enumerate(_smallest_cases(history).items())
+        },
+        "no_smallest": {
+            str(index): why_no_smallest(case, history.runs)
+            for index, case in enumerate(cases)
+            if not (case.verdict.passed or case.is_lost)
+        },
         "failures": {
             str(index): [
                 [failure.kind, failure.subject, failure.message, numbers[label, failure.kind, failure.subject]]
@@ -96,6 +108,12 @@ def _numbered(values: Iterable[Hashable]) -> tuple[list[Hashable], list[int]]:
     numbers: dict[Hashable, int] = {}
     column = [numbers.setdefault(value, len(numbers)) for value in values]
     return list(numbers), column
+
+
+def _smallest_cases(history: History) -> dict[int, SmallestCase]:
+    """Return the smallest cases by the numbers of their causes, in the order in which their timelines are packed."""
+    causes = enumerate(causes_of(history))
+    return {number: cause.smallest for number, cause in causes if cause.smallest is not None}
 
 
 _STYLES = ("page.css", "timeline.css")
@@ -169,3 +187,8 @@ def _executions(
         yield replay(case)
         if progress is not None:
             progress(done, len(history.cases))
+    causes = causes_of(history)
+    for number, small in _smallest_cases(history).items():
+        case = causes[number].case
+        recipe = Written(small.text, small.path, case.recipe.requirements, case.recipe.time_limit_ns)
+        yield replay(replace(case, recipe=recipe, log=None))
