@@ -7,12 +7,19 @@ it, such as `runs.reasons` beside `runs.json`. Nothing depends on them: without 
 from __future__ import annotations
 
 import json
-from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from scbm.files import read_file
 from scbm.model import Diagnostic, InputError, Place, Slug, refuse_other_version
-from scbm.model.json_reader import JsonError, convert_json, line_and_column, read_json_object
+from scbm.model.json_reader import (
+    Digest,
+    JsonError,
+    JsonRecord,
+    LongText,
+    line_and_column,
+    read_json_object,
+    read_located,
+)
 from scbm.proofcheck import RunsArgument, StructureArgument, ValuesArgument
 
 if TYPE_CHECKING:
@@ -63,34 +70,29 @@ def read_reasons(certificate_file: Path, certificate: Certificate) -> dict[str, 
     path = certificate_file.with_suffix(REASONS_SUFFIX)
     if not path.exists():
         return known
-    found = _ReasonsText(path, read_file(path, MAX_BYTES)).reasons(certificate.digest)
+    text = read_file(path, MAX_BYTES)
+    try:
+        found = _read(text, path, certificate.digest)
+    except JsonError as error:
+        line, column, source = line_and_column(text, error.position)
+        place = Place(str(path), line, column)
+        raise InputError(
+            [Diagnostic(Slug.BAD_CERTIFICATE, error.message, place, _REMEDY, source_line=source)]
+        ) from None
     return known | {name: reason for name, reason in found.items() if name in known}
 
 
-class _ReasonsText:
-    """The text of a file of reasons while it is read."""
+class _ReasonsFile(JsonRecord, frozen=True):
+    scbm_reasons: int
+    digest: Digest
+    reasons: dict[str, LongText]
 
-    def __init__(self, path: Path, text: str) -> None:
-        self._path = path
-        self._text = text
 
-    def reasons(self, digest: str) -> dict[str, str]:
-        try:
-            document = read_json_object(self._text, MAX_BYTES)
-        except JsonError as error:
-            raise self._error(error.message, error.position) from None
-        place = Place(str(self._path))
-        refuse_other_version("file of reasons", document.get("scbm_reasons"), _VERSION, place, _REMEDY)
-        if document.get("digest") != digest:
-            raise self._error("these are not the reasons of this certificate")
-        return self._sentences(document)
-
-    def _sentences(self, document: dict[str, Any]) -> dict[str, str]:
-        with suppress(JsonError):
-            return convert_json(document.get("reasons"), dict[str, str])
-        raise self._error("the key `reasons` has a text for each obligation")
-
-    def _error(self, message: str, position: int = 0) -> InputError:
-        line, column, source = line_and_column(self._text, position)
-        place = Place(str(self._path), line, column)
-        return InputError([Diagnostic(Slug.BAD_CERTIFICATE, message, place, _REMEDY, source_line=source)])
+def _read(text: str, path: Path, digest: str) -> dict[str, str]:
+    """Return the reasons in a text. Raise `JsonError`, or `InputError` for a text of another version."""
+    document = read_json_object(text, MAX_BYTES)
+    refuse_other_version("file of reasons", document.get("scbm_reasons"), _VERSION, Place(str(path)), _REMEDY)
+    read: _ReasonsFile = read_located(document, _ReasonsFile, text)
+    if read.digest != digest:
+        raise JsonError("these are not the reasons of this certificate")
+    return read.reasons

@@ -235,6 +235,13 @@ def read_record(data: object, kind: Any, what: str) -> Any:  # noqa: ANN401 - a 
         raise JsonError(_located(str(error), what)) from None
 
 
+def read_located(data: object, kind: Any, text: str) -> Any:  # noqa: ANN401 - a record of this kind
+    """Return the plain data of a text as a record. Raise `JsonError` with the position of the first fault."""
+    for path, reason in record_faults(data, kind):
+        raise JsonError(reason, value_positions(text, [path]).get(path, 0))
+    return convert(data, kind, strict=True)
+
+
 def record_faults(data: object, kind: Any, path: JsonPath = ()) -> Iterator[tuple[JsonPath, str]]:  # noqa: ANN401
     """Yield why plain data is no record of a kind: each reason with its path; nothing if it is one.
 

@@ -96,7 +96,7 @@ def test_lf_says_how_the_failed_cases_were_asked_for_if_they_are_not_among_these
 def test_a_record_of_failed_cases_that_is_damaged_is_an_error(scbm: Scbm, tmp_path: Path) -> None:
     (tmp_path / "last-failed.json").write_text('{"format_version": 1, "models": []}', encoding="utf-8")
     ran = scbm("test", BEFORE, "--failures", tmp_path, "--lf")
-    assert (ran.code, "last-failed.json: error[wrong-shape]" in ran.err) == (2, True)
+    assert (ran.code, "last-failed.json:1:33: error[wrong-shape]" in ran.err) == (2, True)
 
 
 @pytest.mark.parametrize("version", ["0", "2", "null"])
@@ -115,7 +115,8 @@ def test_a_record_of_failed_cases_of_another_version_is_an_error(
         ('{"failed": [], "failed": ["a"]}', '"failed"'),
         (r'{"failed": ["\ud800"]}', r"\ud800"),
         ('{"failed": [NaN]}', "NaN"),
-        ('{"failed": [1]}', ""),
+        ('{"failed": [1]}', "1]"),
+        ('{"fails": ["a"]}', '["a"]'),
     ],
 )
 def test_a_record_of_failed_cases_is_read_as_strictly_as_other_json(
@@ -126,7 +127,7 @@ def test_a_record_of_failed_cases_is_read_as_strictly_as_other_json(
     record = tmp_path / "last-failed.json"
     text = f'{{"format_version": 1, "models": {{"cell.yaml": {entry}}}}}'
     record.write_text(text, encoding="utf-8")
-    place = f":1:{text.rindex(wrong) + 1}" if wrong else ""
+    place = f":1:{text.rindex(wrong) + 1}"
     ran = scbm("test", model, "--failures", tmp_path, "--lf")
     assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{record}{place}: error[wrong-shape]"])
 

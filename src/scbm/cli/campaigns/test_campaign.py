@@ -179,7 +179,7 @@ def select_cases(suite: Suite, expression: str | None, failures: Path | None) ->
     if failures is None:
         return suite
     last = LastFailed.read(failures, suite.file)
-    if not last.names:
+    if not last.failed:
         errors().prose("scbm: no case failed last time, so all of them run")
         return suite
     return suite.selected(select_last_failed(last, list(suite.names)))

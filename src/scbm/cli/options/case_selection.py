@@ -8,12 +8,12 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from msgspec import Struct
+from msgspec import to_builtins
 
 from scbm.cli.options.option_errors import option_error
 from scbm.files import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug, refuse_other_version
-from scbm.model.json_reader import JsonError, line_and_column, read_json_object
+from scbm.model.json_reader import JsonError, JsonRecord, line_and_column, read_json_object, read_located
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -94,60 +94,62 @@ class _NameExpression:
         return InputError([Diagnostic(Slug.BAD_OPTION, message, Place("-k", 1, column, 1), remedy, self._text)])
 
 
-class LastFailed(Struct, frozen=True):
+class LastFailed(JsonRecord, frozen=True):
     """The cases of a model that failed when they ran last, and the options that they ran with.
 
     The file `last-failed.json` in the directory of `--failures` has them for each model.
 
     Attributes:
-        names: the names of the cases.
         options: the arguments and options of `scbm test MODEL` that ran them.
+        failed: the names of the cases.
     """
 
-    names: tuple[str, ...] = ()
     options: str = ""
+    failed: tuple[str, ...] = ()
 
     @staticmethod
     def read(directory: Path, model_file: Path) -> LastFailed:
         """Return the record of a model in the directory. Raise `InputError` if the file is damaged."""
-        entry = _entries(directory).get(_key(directory, model_file), {})
-        names, options = entry.get("failed", []), entry.get("options", "")
-        if not isinstance(options, str) or not isinstance(names, list) or not all(isinstance(n, str) for n in names):
-            raise _damaged(directory)
-        return LastFailed(tuple(names), options)
+        return _entries(directory).get(_key(directory, model_file), LastFailed())
 
     def after(self, passed: Iterable[str], failed: Iterable[str], options: str) -> LastFailed:
         """Return the record after some cases ran again."""
-        known = dict.fromkeys(self.names)
+        known = dict.fromkeys(self.failed)
         over = {name: None for name in passed if name in known}  # of many cases, few were recorded
-        names = tuple(dict.fromkeys([*(name for name in self.names if name not in over), *failed]))
-        return LastFailed(names, options if names else "")
+        names = tuple(dict.fromkeys([*(name for name in self.failed if name not in over), *failed]))
+        return LastFailed(options if names else "", names)
 
     def write(self, directory: Path, model_file: Path, writer: FileWriter) -> None:
         """Write the record; write no file if there is no failure and no file yet. Raise `InputError`."""
-        entries = dict(_entries(directory))
+        entries = _entries(directory)
         key = _key(directory, model_file)
-        if not self.names and key not in entries:
+        if not self.failed and key not in entries:
             return
-        if self.names:
-            entries[key] = {"options": self.options, "failed": list(self.names)}
+        if self.failed:
+            entries[key] = self
         else:
             del entries[key]
-        text = json.dumps({"format_version": FORMAT_VERSION, "models": entries}, indent=2, ensure_ascii=False)
+        data = to_builtins(_LastFailedFile(FORMAT_VERSION, entries))
+        text = json.dumps(data, indent=2, ensure_ascii=False)
         writer.write_all({directory / _RECORD: f"{text}\n"}, overwrite=True)
+
+
+class _LastFailedFile(JsonRecord, frozen=True):
+    format_version: int
+    models: dict[str, LastFailed]
 
 
 def select_last_failed(last: LastFailed, names: Sequence[str]) -> Callable[[str], bool]:
     """Return whether a case failed last time. Raise `InputError` if none of the failed cases is among `names`."""
-    failed = dict.fromkeys(last.names)
+    failed = dict.fromkeys(last.failed)
     if not any(name in failed for name in names):
-        message = f"none of these cases failed last time; `{last.names[0]}` did"
+        message = f"none of these cases failed last time; `{last.failed[0]}` did"
         remedy = f"repeat the options that it ran with: `{last.options.strip()}`"
         raise option_error("--lf", message, remedy)
     return lambda name: name in failed
 
 
-def _entries(directory: Path) -> dict[str, dict[str, object]]:
+def _entries(directory: Path) -> dict[str, LastFailed]:
     """Return the records of all models in the directory; none without a file."""
     try:
         with open_input(directory / _RECORD) as stream:
@@ -158,14 +160,12 @@ def _entries(directory: Path) -> dict[str, dict[str, object]]:
         raise _damaged(directory) from None
     try:
         data = read_json_object(text, _MAX_CHARACTERS)
+        place = Place(str(directory / _RECORD))
+        refuse_other_version("record of failed cases", data.get("format_version"), FORMAT_VERSION, place, _REMEDY)
+        read: _LastFailedFile = read_located(data, _LastFailedFile, text)
     except JsonError as error:
         raise _damaged(directory, error.message, line_and_column(text, error.position)) from None
-    place = Place(str(directory / _RECORD))
-    refuse_other_version("record of failed cases", data.get("format_version"), FORMAT_VERSION, place, _REMEDY)
-    models = data.get("models")
-    if not isinstance(models, dict) or not all(isinstance(entry, dict) for entry in models.values()):
-        raise _damaged(directory)
-    return models
+    return read.models
 
 
 def _key(directory: Path, model_file: Path) -> str:
