@@ -286,9 +286,12 @@ def forced_count_in_words(forced: int) -> str:
     return f"{forced} visited in forced states only, which SCBM-IAS counts" if forced else ""
 
 
-def visits_in_words(figure: Figure, forced: int) -> str:
-    """Return how many obligations are visited, and if there are forced ones, how many of each kind: both add up."""
-    kinds = f": {figure.visited - forced} freely, {forced} in forced states only" if forced else ""
+def visits_in_words(figure: Figure, forced: int, mark: str) -> str:
+    """Return how many obligations are visited, and if there are forced ones, how many of each kind: both add up.
+
+    `mark` is the character for forced visits in the report.
+    """
+    kinds = f": {figure.visited - forced} freely, {mark} {forced} in forced states only" if forced else ""
     return f"{figure.visited} of {figure.of} obligations visited{kinds}"
 
 

@@ -17,7 +17,7 @@ from scbm.cases.coverage import (
 )
 from scbm.model.visible_text import counted, escaped
 from scbm.reports.cover_advice import CampaignKind
-from scbm.reports.figure_table import short_of_goal_in_words
+from scbm.reports.figure_table import FORCED_MARK, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, replay_command
@@ -89,7 +89,7 @@ def _headline(history: History) -> str:
     mark = "❌" if history.failed else "✅" if history.cases else "⚪"
     bar = "" if figure.percent is None else f"`{_bar(figure, _BAR_WIDTH)}` "
     cases = f"{counted(len(history.cases), 'case')}: {', '.join(_ends(history))}" if history.cases else "no cases"
-    visited = visits_in_words(figure, history.statuses.forced)
+    visited = visits_in_words(figure, history.statuses.forced, FORCED_MARK)
     failed = f"**{len(history.failed)} failed**; " if history.failed else ""
     words = short_of_goal_in_words(history.short_count, history.short)
     short = f"\nPassed short of the goal: {_plain(words)}\n" if words else ""

@@ -331,7 +331,7 @@ class ReportView:
     @property
     def visit_words(self) -> str:
         """The number of visited obligations, freely and in forced states only, in words."""
-        return visits_in_words(self.figure, self.history.statuses.forced)
+        return visits_in_words(self.figure, self.history.statuses.forced, FORCED_MARK)
 
     @property
     def strip(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
