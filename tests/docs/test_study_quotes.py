@@ -25,8 +25,7 @@ QUOTES = {
     ),
     "docs/explanation/scbm-ias.md": (
         r"## Does it predict which faults tests find\?.*?\n## ",
-        """models, tau, requirements, built-ins, recorded, written requirements, written built-ins, written recorded,
-        tau of requirements, written tau of requirements, tau of built-ins, tau of pairs""",
+        "models, tau, requirements, built-ins, recorded, tau of requirements, tau of pairs",
     ),
 }
 """By text: a pattern of the part that quotes the study, and the names of the figures in it, in their order."""
