@@ -9,7 +9,7 @@ import ast
 import re
 from inspect import cleandoc
 from pathlib import Path
-from typing import get_args
+from typing import Any, cast, get_args
 
 from scbm.cases.trace.records import Record
 from scbm.cli.application import verb_options
@@ -23,6 +23,7 @@ from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
 from scbm.files.key_reference import key_table, mappings_of
 from scbm.mutation.mutation_operators import MUTATIONS
+from scbm.plugins.pytest import pytest_addoption
 from scbm.store.store_schema import TABLES
 
 SOURCE = Path(__file__).parents[1] / "src" / "scbm"
@@ -71,6 +72,30 @@ def _options(verb: str) -> str:
         value = f" {option.metavar}" if option.metavar else ""
         rows.append(f"| {names}{value} | {' '.join([str(option.help), *more])} |\n")
     return "".join(["\n| option | meaning |\n| --- | --- |\n", *rows])
+
+
+class _PytestOptions:
+    """Stands for the parser of pytest, and notes the options and settings that a plugin adds."""
+
+    def __init__(self) -> None:
+        self.rows: list[str] = []
+
+    def getgroup(self, *_: str) -> _PytestOptions:
+        return self
+
+    def addoption(self, name: str, **given: Any) -> None:  # noqa: ANN401 - as pytest takes them
+        value = given.get("metavar") or ", ".join(given.get("choices", ()))
+        self.rows.append(f"| `{name}` {value} | {given['help']} |\n")
+
+    def addini(self, name: str, meaning: str, **_: object) -> None:
+        self.rows.append(f"| `{name}` in the configuration | {meaning} |\n")
+
+
+def _pytest(_: str) -> str:
+    """Return the table of the options and settings of the plugin for pytest."""
+    options = _PytestOptions()
+    pytest_addoption(cast("Any", options))
+    return "".join(["\n| option | meaning |\n| --- | --- |\n", *options.rows])
 
 
 def _operators(_: str) -> str:
@@ -136,6 +161,7 @@ PARTS = {
     "modules": _modules,
     "operators": _operators,
     "options": _options,
+    "pytest": _pytest,
     "records": _records,
     "searches": _searches,
     "tables": _tables,
