@@ -23,6 +23,7 @@ from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
 from scbm.files.key_reference import key_table, mappings_of
 from scbm.mutation.mutation_operators import MUTATIONS
+from scbm.planning.planners import PLANNERS
 from scbm.plugins.pytest import pytest_addoption
 from scbm.store.store_schema import TABLES
 
@@ -98,6 +99,12 @@ def _pytest(_: str) -> str:
     return "".join(["\n| option | meaning |\n| --- | --- |\n", *options.rows])
 
 
+def _planners(_: str) -> str:
+    """Return the table of the planners."""
+    rows = (f"| `{name}` | {planner.help} |\n" for name, planner in PLANNERS.items())
+    return "".join(["\n| planner | plans |\n| --- | --- |\n", *rows])
+
+
 def _operators(_: str) -> str:
     """Return the table of the mutation operators."""
     rows = (f"| `{each.group}` | `{name}` | {each.summary} |\n" for name, each in MUTATIONS.items())
@@ -161,6 +168,7 @@ PARTS = {
     "modules": _modules,
     "operators": _operators,
     "options": _options,
+    "planners": _planners,
     "pytest": _pytest,
     "records": _records,
     "searches": _searches,
