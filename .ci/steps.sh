@@ -50,6 +50,19 @@ install_developer_tools() {
   .venv/bin/pip install --quiet -e '.[dev]'
 }
 
+pictures_in_other_pythons() { # where they are installed; pictures are compared byte by byte with those of Python 3.11
+  local version python folder
+  for version in 3.12 3.13; do
+    step "pictures, drawn by Python $version"
+    python=$(command -v "python$version" || compgen -G "$HOME/.pyenv/versions/$version*/bin/python" | head -1) || true
+    [ -n "$python" ] || { echo "Python $version is not installed"; continue; }
+    folder=$(mktemp -d)
+    "$python" -m venv "$folder" && "$folder/bin/pip" install --quiet -e '.[testing,draw]' pytest-xdist
+    "$folder/bin/python" -m pytest -n 0 tests/unit/drawing
+    rm -rf "$folder"
+  done
+}
+
 static_checks() {
   step "lint and format"
   .venv/bin/ruff check .
