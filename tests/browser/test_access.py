@@ -20,6 +20,7 @@ ROUTES = (
     "missing",
     "operations",
     "operation/pick_item_a",
+    "model",
     "source",
     "cases",
     "case/seed-1-case-6",

@@ -26,6 +26,7 @@ ROUTES = (
     "missing",
     "operations",
     "operation/pick_item_a",
+    "model",
     "source",
     "cases",
     "case/seed-1-case-6",
@@ -183,7 +184,8 @@ def test_rows_are_filtered(visit: Visit, before: Path) -> None:
 
 def test_an_operation_has_its_lifecycle_its_text_and_its_cases(visit: Visit, before: Path, wording: Wording) -> None:
     page = visit.open(before, "#/operation/pick_item_a")
-    expect(shown(page).locator("svg")).to_be_visible()
+    expect(shown(page).locator("svg.lifecycle")).to_be_visible()
+    expect(shown(page).locator("svg.model .automaton")).to_have_count(2)
     texts = shown(page).locator(".line code").all_text_contents()
     assert texts[0] == "  pick_item_a:"
     assert texts[-1] == "    timedout: [robot_req_trigger <- false]"
@@ -196,6 +198,13 @@ def test_an_operation_has_its_lifecycle_its_text_and_its_cases(visit: Visit, bef
     expect(states.nth(2).get_by_role("link")).to_have_count(6)
     states.nth(2).get_by_role("link").last.click()
     expect(shown(page).locator("tbody tr")).to_have_count(10)
+
+
+def test_a_click_in_the_picture_of_the_model_leads_to_the_cases(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/model")
+    expect(shown(page).locator(".automaton")).to_have_count(7)
+    shown(page).get_by_role("link", name="pick_item_a").first.click()
+    expect(page).to_have_url(re.compile("#/cases\\?visits=pick_item_a%2Fcompleted$"))
 
 
 def test_the_source_is_marked_and_unfolds_its_branches(visit: Visit, before: Path) -> None:
@@ -391,6 +400,7 @@ def test_keys_lead_to_the_pages(visit: Visit, before: Path) -> None:
     page = visit.open(before)
     for key, name in {
         "o": "operations",
+        "d": "model",
         "s": "source",
         "c": "cases",
         "g": "growth",

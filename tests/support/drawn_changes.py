@@ -16,8 +16,9 @@ from scbm.cases.trace import (
     ReplyReceived,
     state_after,
 )
-from scbm.drawing.automata import ModelAutomata
+from scbm.drawing.automata import ANY_OTHER, Automaton, ModelAutomata
 from scbm.drawing.model_changes import ChangeMaker, MakerKind
+from scbm.model import Value
 from scbm.testing import Execution
 
 OUTSIDE = (MakerKind.ENVIRONMENT, MakerKind.INPUT, MakerKind.PUBLISHED)
@@ -38,9 +39,16 @@ def changes_of(drawn: ModelAutomata, execution: Execution) -> Iterator[tuple[str
     for record in records:
         for name, after in record.changes:
             if name in names and values[name] != after:
-                makers = automata[name].makers(values[name], after) if name in automata else ()
+                makers = makers_of(automata[name], values[name], after) if name in automata else []
                 yield f"{name}: {values[name]} -> {after}, {record}", any(made(each, record) for each in makers)
         values.update(record.changes)
+
+
+def makers_of(automaton: Automaton, before: Value, after: Value) -> list[ChangeMaker]:
+    """Return who can change one value of a variable into another one."""
+    group_of = {value: number for number, group in enumerate(automaton.groups) for value in group.values}
+    sources = (ANY_OTHER, group_of[before])
+    return [each.maker for each in automaton.edges if each.source in sources and each.target == group_of[after]]
 
 
 def made(maker: ChangeMaker, record: Record) -> bool:

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/how-to/recipes.md"
 
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-_FILE_NAME = re.compile(r"[\w-]+\.(?:yaml|json|txt|db)")
+_FILE_NAME = re.compile(r"[\w-]+\.(?:yaml|json|txt|db|html|md)")
 _FILE = re.compile(r"# (?:src/(?P<module>[\w/]+)\.py|(?P<file>[\w.-]+))\n")
 
 

@@ -29,7 +29,7 @@ VERBS: dict[str, VerbEntry] = {
     "show": VerbEntry("scbm.cli.verbs.show", "Show the size of a model, or the model with everything written out."),
     "draw": VerbEntry(
         "scbm.drawing.draw",
-        "Draw what changes each variable of a model, or the plan to a goal, coloured by what the tests did.",
+        "Draw what changes each variable of a model, or the plan to a goal, colored by what the tests did.",
     ),
     "plan": VerbEntry(
         "scbm.cli.verbs.plan",

@@ -1,1 +1,1 @@
-"""Pictures of a model: one automaton for each variable, coloured by what the tests did."""
+"""Pictures of a model: one automaton for each variable, colored by what the tests did."""

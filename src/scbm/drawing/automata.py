@@ -8,7 +8,6 @@ transitions, the environment, replies and published values make of them meanwhil
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -17,7 +16,7 @@ from msgspec.structs import replace
 from scbm.drawing.model_changes import MakerKind, model_changes, within
 from scbm.drawing.value_groups import guards_and_goals, value_groups
 from scbm.model import Add, And, Assign, Constant, Domain, Reference
-from scbm.model.normal_form import normal_form
+from scbm.model.normal_form import bits_of, normal_form
 from scbm.model.satisfiability import satisfiable
 
 if TYPE_CHECKING:
@@ -53,7 +52,7 @@ class ChangeEdge(Struct, frozen=True):
     is_bound: bool = False
 
 
-class Automaton(Struct, frozen=True, dict=True):
+class Automaton(Struct, frozen=True):
     """The values of a variable, and everything that changes it.
 
     Attributes:
@@ -66,18 +65,8 @@ class Automaton(Struct, frozen=True, dict=True):
     groups: tuple[ValueGroup, ...]
     edges: tuple[ChangeEdge, ...]
 
-    @cached_property
-    def group_of(self) -> dict[Value, int]:
-        """The number of the group of each value."""
-        return {value: number for number, group in enumerate(self.groups) for value in group.values}
 
-    def makers(self, before: Value, after: Value) -> tuple[ChangeMaker, ...]:
-        """Return who can change the one value into the other."""
-        sources, target = (ANY_OTHER, self.group_of[before]), self.group_of[after]
-        return tuple(edge.maker for edge in self.edges if edge.source in sources and edge.target == target)
-
-
-class ModelAutomata(Struct, frozen=True, dict=True):
+class ModelAutomata(Struct, frozen=True):
     """The automata of a model.
 
     Attributes:
@@ -203,21 +192,16 @@ class _VariableChanges:
         match action:
             case Add(_, amount):
                 return self._can_hold(form, [v for v in before if self._group_of.get(int(v) + amount) == target])
-            case Assign(_, Reference(name)) if name != self._variable.name:
+            case Assign(_, Reference(name)):
                 values = self._space[name].domain
-                return self._can_hold(form, before, {name: [value for value in after if value in values]})
-            case Assign(_, Reference()):
-                return keeps and source == target and self._can_hold(form, before)
+                return self._can_hold(form, before, (name, [value for value in after if value in values]))
         return self._can_hold(form, before)
 
-    def _can_hold(
-        self, form: NormalForm, values: Sequence[Value], others: dict[str, Sequence[Value]] | None = None
-    ) -> bool | None:
+    def _can_hold(self, form: NormalForm, values: Sequence[Value], *others: tuple[str, Sequence[Value]]) -> bool | None:
         """Return whether a condition can hold with one of some values; `None` if the search met its limit."""
         bits = [*self._space.all_values]
-        for name, allowed in {**(others or {}), self._variable.name: values}.items():
-            domain = self._space[name].domain
-            bits[self._space.position(name)] = sum(1 << domain.index(value) for value in allowed)
+        for name, allowed in ((self._variable.name, values), *others):
+            bits[self._space.position(name)] &= bits_of(map(self._space[name].domain.index, allowed))
         return all(bits) and satisfiable(form, bits, _MAX_BRANCHES)
 
     def _merged(self, edges: Sequence[ChangeEdge]) -> Iterator[ChangeEdge]:

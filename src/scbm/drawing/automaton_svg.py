@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _MAX_LINES = 4
 """Maximum number of makers that the label of an arrow names; its tooltip names all."""
 
-_HEIGHT, _MARGIN, _TITLE_HEIGHT, _LABEL_MARGIN = 24, 12, 26, 6
+_HEIGHT, _MARGIN, _TITLE_HEIGHT = 24, 12, 26
 OTHER = TextLine("any other", tooltip="any other value")
 
 
@@ -63,7 +63,9 @@ class AutomatonPicture:
         self._sizes = [self._size(node, lines) for node, lines in zip(automaton.nodes, self._loops, strict=True)]
         if any(each.way.source == ANY_OTHER for each in self._moves):
             self._sizes.append(LayoutNode(box_width(OTHER.text), _HEIGHT))
-        edges = [self._edge(each, label) for each, label in zip(self._moves, self._labels, strict=True)]
+        ends = [(each.way.source % len(self._sizes), each.way.target) for each in self._moves]  # ANY_OTHER is the last
+        sizes = [(max(line.width for line in label) + _MARGIN, LINE_HEIGHT * len(label)) for label in self._labels]
+        edges = [LayoutEdge(*end, *size) for end, size in zip(ends, sizes, strict=True)]
         self._layout = lay_out(self._sizes, edges)
         count = len(automaton.variables)
         self._title = f"{automaton.title}, {count} alike" if count > 1 else automaton.title
@@ -90,13 +92,8 @@ class AutomatonPicture:
             text(inner, OTHER, middle, NODE_SIZE)
 
     def _size(self, node: DrawnNode, loops: Sequence[TextLine]) -> LayoutNode:
-        width = max([box_width(node.label), *(line.width + 2 * _LABEL_MARGIN for line in loops)])
+        width = max([box_width(node.label), *(line.width + _MARGIN for line in loops)])
         return LayoutNode(width + (4 if node.is_allowed else 0), _HEIGHT + LINE_HEIGHT * len(loops))
-
-    def _edge(self, each: DrawnArrow, label: Sequence[TextLine]) -> LayoutEdge:
-        source = len(self._automaton.nodes) if each.way.source == ANY_OTHER else each.way.source
-        width = max(line.width for line in label) + 2 * _LABEL_MARGIN
-        return LayoutEdge(source, each.way.target, width, LINE_HEIGHT * len(label))
 
     def _draw_node(self, parent: Element, node: DrawnNode, number: int) -> None:
         (width, height), middle = self._sizes[number], self._layout.nodes[number]

@@ -1,4 +1,4 @@
-"""`scbm draw`: a picture of a model, or of the plan to a goal, coloured by what the tests did."""
+"""`scbm draw`: a picture of a model, or of the plan to a goal, colored by what the tests did."""
 
 from pathlib import Path
 from typing import Annotated
@@ -26,9 +26,7 @@ from scbm.store import read_history
 
 Names = Annotated[
     list[str] | None,
-    typer.Argument(
-        metavar="NAME...", help="Variables, operations, transitions or resources to draw.", show_default=False
-    ),
+    typer.Argument(metavar="NAME...", help="Variables, operations, transitions, resources.", show_default=False),
 ]
 
 
@@ -38,21 +36,16 @@ def command(
     *,
     svg: Annotated[bool, HelpSection.OUTPUT.option("--svg", help="Print SVG; this is the default.")] = False,
     html: Annotated[bool, HelpSection.OUTPUT.option("--html", help="Print a page for a browser.")] = False,
-    mermaid: Annotated[
-        bool, HelpSection.OUTPUT.option("--mermaid", help="Print Markdown with diagrams for Mermaid.")
-    ] = False,
+    mermaid: Annotated[bool, HelpSection.OUTPUT.option("--mermaid", help="Print Markdown for Mermaid.")] = False,
     store: Annotated[
         Path | None,
-        HelpSection.VERDICTS.option("--store", metavar="FILE", help="Colour by what the cases of this store visited."),
+        HelpSection.VERDICTS.option("--store", metavar="FILE", help="Color what the cases of a store visited."),
         Reads("the store"),
     ] = None,
     certificates: Certificates = None,
-    goal: Annotated[
-        str | None,
-        HelpSection.CASES.option("--goal", help="Draw the plan to this goal instead: its name, or a predicate."),
-    ] = None,
+    goal: Annotated[str | None, HelpSection.CASES.option("--goal", help="Draw the plan to this goal instead.")] = None,
 ) -> int:
-    """Draw what changes each variable of a model, or the plan to a goal, coloured by what the tests did."""
+    """Draw what changes each variable of a model, or the plan to a goal, colored by what the tests did."""
     forms = [form for form, is_given in (("svg", svg), ("html", html), ("mermaid", mermaid)) if is_given]
     if len(forms) > 1:
         raise option_error(f"--{forms[1]}", f"--{forms[0]} is given, too", "leave out one of the two")
@@ -72,8 +65,7 @@ def command(
             errors().prose(f"There is no plan to draw; `{why}` shows why.")
             return 1
         picture = plan_picture(automata, name, answer.plan, statuses)
-    form = forms[0] if forms else "svg"
-    shown = picture.html() if form == "html" else picture.mermaid if form == "mermaid" else picture.svg()
+    shown = picture.html() if html else picture.mermaid if mermaid else picture.svg()
     results().line(shown.removesuffix("\n"))
     return 0
 

@@ -6,6 +6,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import astuple
 
 from scbm.cases.coverage import InstanceFolds
 from scbm.drawing.model_changes import MakerKind
@@ -14,9 +15,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases.coverage import Obligation
-    from scbm.drawing.automata import Automaton, ChangeEdge, ModelAutomata
+    from scbm.drawing.automata import Automaton, ModelAutomata
     from scbm.drawing.edge_statuses import EdgeStatuses
     from scbm.drawing.model_changes import ChangeMaker
+    from scbm.drawing.value_groups import ValueGroup
 
 
 class ArrowStyle(Enum):
@@ -133,21 +135,14 @@ class _EntryNames:
     def __init__(self, automata: ModelAutomata) -> None:
         self.folds = InstanceFolds.of(automata.model)
 
-    def title(self, name: str) -> str:
-        """Return the name of a variable with the types of its objects; its own name if it has none."""
-        return self.folds.indexed.get(name, name)
-
     def shape(self, automaton: Automaton) -> object:
         """Return a key that equal automata of several objects share."""
         name = automaton.variable.name
         if name not in self.folds.indexed:
             return name
-        edges = {self._of_edge(edge, name): None for edge in automaton.edges}
-        return self.title(name), tuple(self.inside(str(g), name) for g in automaton.groups), tuple(sorted(edges))
-
-    def _of_edge(self, edge: ChangeEdge, name: str) -> tuple[str, str, int, int, bool, bool]:
-        maker = edge.maker
-        return self.entry(maker, name), str(maker.kind), edge.source, edge.target, edge.is_meanwhile, edge.is_bound
+        edges = {(self.entry(e.maker, name), str(e.maker.kind), *astuple(e)[1:]): None for e in automaton.edges}
+        groups = tuple(self.value(group, name) for group in automaton.groups)
+        return self.folds.indexed[name], groups, tuple(sorted(edges))
 
     def entry(self, maker: ChangeMaker, name: str) -> str:
         """Return the name of the entry of a maker, or its name without the objects of the variable `name`."""
@@ -155,6 +150,10 @@ class _EntryNames:
         if lifted is None:
             lifted = self.folds.indexed.get(maker.name) or self.inside(maker.name, name)
         return f"{lifted}{maker.suffix}{_WORDS.get(maker.kind, '')}"
+
+    def value(self, group: ValueGroup, name: str) -> str:
+        """Return the label of a group of values; a star stands for an object of the variable, but not for a number."""
+        return self.inside(str(group), name) if isinstance(group.values[0], str) else str(group)
 
     def inside(self, text: str, name: str) -> str:
         """Return a text with a star for each object of a variable."""
@@ -164,13 +163,13 @@ class _EntryNames:
 
 def _drawn(group: Sequence[Automaton], names: _EntryNames, statuses: EdgeStatuses) -> DrawnAutomaton:
     first = group[0]
-    title = names.title(first.variable.name) if len(group) > 1 else first.variable.name
+    title = names.folds.indexed[first.variable.name] if len(group) > 1 else first.variable.name
     variables = tuple(each.variable.name for each in group)
     nodes = tuple(
         DrawnNode(
-            names.inside(str(values), first.variable.name) if len(group) > 1 else str(values),
+            names.value(values, first.variable.name) if len(group) > 1 else str(values),
             any(each.variable.initial in each.groups[number].values for each in group),
-            any(value in each.groups[number].values for each in group for value in each.variable.random),
+            any(each.groups[number].is_allowed for each in group),
         )
         for number, values in enumerate(first.groups)
     )

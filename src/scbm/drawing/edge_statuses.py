@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct, field
 
-from scbm.cases.coverage import Coverage, Decision, Obligation, Obligations, ObligationStatus
+from scbm.cases.coverage import Coverage, Decision, Obligation, Obligations, ObligationStatus, visitors_of_each
 from scbm.model.visible_text import counted
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import FORCED_MARK, STATUS_MARKS
@@ -49,7 +49,12 @@ PAINTS = {
 """The paints by their names, that of the worst status first."""
 
 _FEW = 5
-"""Maximum number of cases that are named."""
+"""Maximum number of cases or variables that are named."""
+
+
+def few(names: Sequence[str]) -> str:
+    """Return the first names, and how many others there are."""
+    return ", ".join(names[:_FEW]) + (f" and {len(names) - _FEW} more" if len(names) > _FEW else "")
 
 
 class EdgeStatuses(Struct, frozen=True):
@@ -69,12 +74,9 @@ class EdgeStatuses(Struct, frozen=True):
     def of_store(history: History) -> EdgeStatuses:
         """Return the statuses of a store, with the evidence that the command line has found for it."""
         missed = missed_reasons(history, history.source.path, CampaignKind.of_store(history))
-        visitors = {
-            each: [label for label, case in zip(history.labels, history.cases, strict=True) if case.visited & bit]
-            for each in history.obligations
-            if (bit := history.obligations.bit(each))
-        }
-        return EdgeStatuses(history.statuses.by_obligation, visitors, {each.obligation: each for each in missed})
+        visitors = (tuple(history.labels[index] for index in each) for each in visitors_of_each(history.coverage))
+        by_obligation = dict(zip(history.obligations, visitors, strict=True))
+        return EdgeStatuses(history.statuses.by_obligation, by_obligation, {each.obligation: each for each in missed})
 
     @staticmethod
     def of_evidence(model: BehaviorModel, evidence: StatusEvidence) -> EdgeStatuses:
@@ -99,12 +101,11 @@ class EdgeStatuses(Struct, frozen=True):
             return ""
         status, cases = self.known[obligation], self.visitors.get(obligation, ())
         if cases:
-            more = f" and {len(cases) - _FEW} more" if len(cases) > _FEW else ""
-            shown = f"{counted(len(cases), 'case')}: {', '.join(cases[:_FEW])}{more}"
-            return f"{PAINTS[self._paint(status)].words}: {shown}"
+            return f"{PAINTS[self._paint(status)].words}: {counted(len(cases), 'case')}: {few(cases)}"
         missed = self.missed.get(obligation)
-        is_missed = missed is not None and status.decision is Decision.UNDECIDED
-        return f"missing: {missed.reason}" if missed is not None and is_missed else status.words
+        if missed is not None and missed.status is Decision.UNDECIDED:
+            return f"missing: {missed.reason}"
+        return status.words
 
     @staticmethod
     def _paint(status: ObligationStatus) -> str:

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from unicodedata import combining, east_asian_width
 
 from scbm.model.visible_text import in_one_line
 
-# fmt: off
-_ADVANCES = (
-    318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636, 636, 636, 636, 636,
-    636, 636, 636, 337, 337, 838, 838, 838, 531, 1000, 684, 686, 698, 770, 632, 575, 775, 752, 295, 295, 656, 557,
-    863, 748, 787, 603, 787, 695, 635, 611, 732, 684, 989, 685, 611, 685, 390, 337, 390, 838, 500, 500, 613, 635, 550,
-    635, 615, 352, 635, 634, 278, 278, 579, 278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525,
-    636, 337, 636, 838,
-)
-# fmt: on
+_ADVANCES = tuple(map(int, files(__package__).joinpath("vendored/dejavu_sans_widths.txt").read_text("ascii").split()))
 """The advance widths of the characters from the blank to the tilde, in thousandths of the font size."""
 
 _OTHER = 684

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.drawing.automata import ANY_OTHER
-from scbm.drawing.edge_statuses import PAINTS
+from scbm.drawing.edge_statuses import NO_PAINT, PAINTS
 from scbm.drawing.label_widths import label_of
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ def _lines(automaton: DrawnAutomaton) -> Iterator[str]:
 
 def _makers(each: DrawnArrow) -> Iterator[str]:
     for line in each.lines[:_MAX_LINES]:
-        mark = f"{PAINTS[line.paint].mark} " if line.paint else ""
-        yield mermaid_label(f"{mark}{line.text}")
+        yield mermaid_label(f"{PAINTS.get(line.paint, NO_PAINT).mark} {line.text}".lstrip())
     if len(each.lines) > _MAX_LINES:
         yield f"+ {len(each.lines) - _MAX_LINES} more"
 
@@ -66,17 +65,21 @@ def plan_text(steps: Sequence[PlannedOperation]) -> str:
     lines = ["flowchart LR"]
     for number, lane in enumerate(lanes):
         lines.append(f'    subgraph lane{number}["{mermaid_label(lane)}"]')
-        lines += [f'        o{step.number}["{_step_label(step)}"]' for step in steps if step.lane == lane]
+        for step in (each for each in steps if each.lane == lane):
+            words = [f"{step.number} {step.operation}", *(f"needs {each}" for each in step.needs)]
+            label = "<br/>".join(map(mermaid_label, [*words, *(f"sets {each}" for each in step.sets)]))
+            lines.append(f'        o{step.number}["{label}"]')
         lines.append("    end")
     lines += [f"    o{step.number} --> o{step.number + 1}" for step in steps[:-1]]
     return "\n".join((*lines, ""))
 
 
-def _step_label(step: PlannedOperation) -> str:
-    words = [f"{step.number} {step.operation}", *(f"needs {each}" for each in step.needs)]
-    return "<br/>".join(map(mermaid_label, [*words, *(f"sets {each}" for each in step.sets)]))
-
-
 def fenced(title: str, text: str) -> str:
     """Return a diagram as a part of a page in Markdown, below a title without markup."""
     return f"### {_escaped(title, '&#{};')}\n\n```mermaid\n{text}```\n"
+
+
+def folded(automaton: DrawnAutomaton) -> str:
+    """Return an automaton as a part of a page in Markdown that a click opens."""
+    title, text = _escaped(automaton.title, "&#{};"), automaton_text(automaton)
+    return f"<details><summary>What changes {title}</summary>\n\n```mermaid\n{text}```\n\n</details>\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -9,6 +10,7 @@ from msgspec import Struct
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.drawing.drawing_page import drawing_page
 from scbm.drawing.drawn_automata import drawn_automata
+from scbm.drawing.edge_statuses import few
 from scbm.drawing.mermaid_text import automaton_text, fenced, plan_text
 from scbm.drawing.model_svg import PictureFrame, model_svg
 from scbm.drawing.picture_parts import PictureLinks
@@ -29,24 +31,24 @@ class Picture(Struct, frozen=True):
         title: its title.
         statuses: what the tests did.
         obligations: the obligations that it shows.
-        draw: returns it as `<svg>`, from where clicks lead, and whether it is a file of its own.
+        draw: returns it as `<svg>`, from the statuses and where clicks lead.
         mermaid: it as Markdown with diagrams for Mermaid.
     """
 
     title: str
     statuses: EdgeStatuses
     obligations: Sequence[Obligation]
-    draw: Callable[[PictureLinks, bool], str]
+    draw: Callable[..., str]
     mermaid: str
 
     def svg(self) -> str:
         """Return the picture as a file of its own."""
-        return self.draw(PictureLinks(self.statuses, lambda _: ""), True)
+        return self.draw(PictureLinks(self.statuses, lambda _: ""), is_alone=True)
 
     def html(self) -> str:
         """Return the picture as a page, with a row for each obligation."""
         rows = {each: f"o{number}" for number, each in enumerate(dict.fromkeys(self.obligations), start=1)}
-        svg = self.draw(PictureLinks(self.statuses, lambda each: f"#{rows[each]}"), False)
+        svg = self.draw(PictureLinks(self.statuses, lambda each: f"#{rows[each]}"))
         return drawing_page(self.title, svg, rows, self.statuses)
 
 
@@ -56,9 +58,7 @@ def automata_picture(automata: ModelAutomata, chosen: Sequence[Automaton], statu
     lines = [line for each in drawn for arrow in each.arrows for line in arrow.lines]
     mermaid = "\n".join(fenced(each.title, automaton_text(each)) for each in drawn)
 
-    def draw(links: PictureLinks, is_alone: bool) -> str:  # noqa: FBT001 - as above
-        return model_svg(drawn, links, PictureFrame(title, caption(automata, chosen, statuses), "model", is_alone))
-
+    draw = partial(model_svg, drawn, PictureFrame(title, caption(automata, chosen, statuses)))
     return Picture(title, statuses, [each for line in lines for each in line.obligations], draw, mermaid)
 
 
@@ -67,10 +67,7 @@ def plan_picture(automata: ModelAutomata, goal: str, plan: Sequence[str], status
     title, steps = f"Plan to {goal}", plan_steps(automata.model, plan, automata.carried)
     completed = [Obligation(name, Aspect.COMPLETED) for name in plan]
 
-    def draw(links: PictureLinks, is_alone: bool) -> str:  # noqa: FBT001 - as above
-        return plan_svg(goal, steps, links, is_alone=is_alone)
-
-    return Picture(title, statuses, completed, draw, fenced(title, plan_text(steps)))
+    return Picture(title, statuses, completed, partial(plan_svg, goal, steps), fenced(title, plan_text(steps)))
 
 
 def caption(automata: ModelAutomata, chosen: Sequence[Automaton], statuses: EdgeStatuses) -> tuple[str, ...]:
@@ -80,15 +77,7 @@ def caption(automata: ModelAutomata, chosen: Sequence[Automaton], statuses: Edge
     if tuple(chosen) == automata.drawn:
         left_out = {"that only requests need": automata.carried, "that nothing changes": automata.unchanged}
         for why, names in left_out.items():
-            found += [f"Not drawn: {counted(len(names), 'variable')} {why}: {_few(names)}"] if names else []
+            found += [f"Not drawn: {counted(len(names), 'variable')} {why}: {few(names)}"] if names else []
     if statuses.known:
-        found.append("Marks and colours: operation started, completed, failed or timed out, or transition taken")
+        found.append("Marks and colors: operation started, completed, failed or timed out, or transition taken")
     return tuple(found)
-
-
-_FEW = 8
-
-
-def _few(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
-    return ", ".join(names[:_FEW]) + more

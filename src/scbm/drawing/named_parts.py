@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from scbm.cases.coverage import InstanceFolds
+from scbm.drawing.automata import ANY_OTHER
 from scbm.drawing.model_changes import ChangeMaker, MakerKind
 from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 def named_automata(automata: ModelAutomata, names: Sequence[str]) -> tuple[Automaton, ...]:
     """Return the automata of named parts, in the order of the model; without names those of a whole picture.
 
-    A variable stands for its whole automaton; any other part for the edges that it makes, a resource also for those of
-    the operations that send it requests.
+    A variable stands for its whole automaton; any other part for the edges that it makes and the values that these
+    touch, a resource also for those of the operations that send it requests.
 
     Raises:
         InputError: with an error for each name that the model does not have.
@@ -48,7 +49,8 @@ def named_automata(automata: ModelAutomata, names: Sequence[str]) -> tuple[Autom
 
 def automata_of_operation(automata: ModelAutomata, operation: str) -> tuple[Automaton, ...]:
     """Return what an operation changes: the automata of drawn variables with its edges alone."""
-    parts = (_with_edges(each, lambda maker: _is_of(maker, operation)) for each in automata.drawn)
+    own = (MakerKind.START, MakerKind.END)
+    parts = (_with_edges(each, lambda maker: maker.kind in own and maker.name == operation) for each in automata.drawn)
     return tuple(part for part in parts if part.edges)
 
 
@@ -56,12 +58,13 @@ _OUTSIDE = (MakerKind.REPLY, MakerKind.PUBLISHED, MakerKind.INPUT)
 """Makers that have the names of resources and of variables; all others share the names of operations."""
 
 
-def _is_of(maker: ChangeMaker, operation: str) -> bool:
-    return maker.kind in (MakerKind.START, MakerKind.END) and maker.name == operation
-
-
 def _with_edges(automaton: Automaton, is_chosen: Callable[[ChangeMaker], bool]) -> Automaton:
-    return replace(automaton, edges=tuple(edge for edge in automaton.edges if is_chosen(edge.maker)))
+    """Return an automaton with the edges of some makers, and with the values that these touch."""
+    edges = [edge for edge in automaton.edges if is_chosen(edge.maker)]
+    touched = [n for n in range(len(automaton.groups)) if any(n in (edge.source, edge.target) for edge in edges)]
+    places = {ANY_OTHER: ANY_OTHER, **{number: place for place, number in enumerate(touched)}}
+    moved = tuple(replace(edge, source=places[edge.source], target=places[edge.target]) for edge in edges)
+    return replace(automaton, groups=tuple(automaton.groups[number] for number in touched), edges=moved)
 
 
 def _instances(model: BehaviorModel, names: Iterable[str]) -> dict[str, list[str]]:
@@ -85,9 +88,8 @@ def _makers(model: BehaviorModel) -> dict[str, list[tuple[bool, str]]]:
     for entry, resources in _instances(model, (resource.name for resource in model.resources)).items():
         triggers = [trigger_name(name) for name in resources]
         sending = (o.name for o in model.operations if any(a.target in triggers for a in o.pre.running_actions))
-        found.setdefault(entry, []).extend(
-            [*((True, name) for name in resources), *((False, name) for name in sending)]
-        )
+        found.setdefault(entry, []).extend((True, name) for name in resources)
+        found[entry].extend((False, name) for name in sending)
     return found
 
 

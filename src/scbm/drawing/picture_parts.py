@@ -21,7 +21,6 @@ NODE_SIZE, LINE_SIZE, TITLE_SIZE = 12, 11, 13
 """Font sizes of values, of the names of makers, and of titles, in pixels."""
 
 LINE_HEIGHT = 14
-_PADDING = 9
 _HEAD = 7.0
 """Length of an arrow head in pixels."""
 
@@ -69,10 +68,10 @@ class PictureLinks(NamedTuple):
 
 
 def text(parent: Element, line: TextLine, middle: Point, size: int = LINE_SIZE, **attributes: str) -> None:
-    """Add a line of text around a point, within a link if it has one."""
+    """Add a line of text around a point, within a link if it has one; the picture has the usual attributes of texts."""
     holder = add(parent, "a", href=line.link) if line.link else parent
-    known = {"text_anchor": "middle", "fill": colour("fg"), **attributes}
-    shown = add(holder, "text", x=middle.x, y=middle.y + size * 0.36, font_size=size, **known)
+    known = {"font_size": str(size), **attributes} if size != LINE_SIZE else attributes
+    shown = add(holder, "text", x=round(middle.x, 1), y=round(middle.y + size * 0.36, 1), **known)
     last = add(shown, "title", "\n".join(map(in_one_line, (line.tooltip or line.text).split("\n"))))
     if line.mark:
         last = add(shown, "tspan", line.mark, fill=colour(line.paint))
@@ -87,14 +86,14 @@ def text_lines(parent: Element, lines: Sequence[TextLine], top: Point) -> None:
 
 def box_width(label: str) -> float:
     """Return the width of a box with a value."""
-    return label_width(label_of(label), NODE_SIZE) + 2 * _PADDING
+    return label_width(label_of(label), NODE_SIZE) + 18  # 9 pixels on each side
 
 
 def box(parent: Element, middle: Point, width: float, height: float, **attributes: str | float) -> None:
     """Add a rounded rectangle around a point."""
     known = {"rx": "5", "fill": colour("surface"), "stroke": colour("muted"), **attributes}
     place = {"x": middle.x - width / 2, "y": middle.y - height / 2, "width": width, "height": height}
-    add(parent, "rect", "", **place, **known)
+    add(parent, "rect", "", **{name: round(value, 1) for name, value in place.items()}, **known)
 
 
 def value_box(parent: Element, middle: Point, size: LayoutNode, *, is_nominal: bool, is_allowed: bool) -> None:

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 _ROW_WIDTH = 1_240
 _GAP, _LANE_GAP, _LANE_NAME = 24, 10, 20
-NO_RESOURCE = "no resource"
 
 
 class PlannedOperation(Struct, frozen=True):
@@ -52,16 +51,15 @@ class PlannedOperation(Struct, frozen=True):
 
 def plan_steps(model: BehaviorModel, plan: Sequence[str], carried: Sequence[str]) -> tuple[PlannedOperation, ...]:
     """Return the steps of a plan from the nominal state; `carried` are variables that only requests need."""
-    requests = (name for each in model.resources for name in (each.trigger, each.request_state))
-    hidden = dict.fromkeys((*carried, *requests))
+    shown = [variable.name for variable in model.variables if variable.name not in carried]
     now, found = State.nominal(model.running_space), []
     for number, name in enumerate(plan, start=1):
         operation = model.operation(name)
         between = apply(operation.pre.a, now)
         after = None if between is None else apply(operation.post.a, between)
         assert after is not None  # noqa: S101 - the planner has replayed its plan
-        needs = [each for each in conjuncts(operation.pre.g) if any(read not in hidden for read in each.reads())]
-        changed = [v.name for v in model.variables if v.name not in hidden and now[v.name] != after[v.name]]
+        needs = [each for each in conjuncts(operation.pre.g) if any(read in shown for read in each.reads())]
+        changed = [each for each in shown if now[each] != after[each]]
         sets = tuple(f"{each} <- {format_value(after[each])}" for each in changed)
         found.append(PlannedOperation(number, name, _lane(model, operation), tuple(map(str, needs)), sets))
         now = after
@@ -72,7 +70,7 @@ def _lane(model: BehaviorModel, operation: Operation) -> str:
     """Return the resources whose requests an operation triggers."""
     actions = [action for action in operation.pre.running_actions if isinstance(action, Assign)]
     triggered = [action.target for action in actions if action.source == Constant(True)]
-    return ", ".join(resource.name for resource in model.resources if resource.trigger in triggered) or NO_RESOURCE
+    return ", ".join(resource.name for resource in model.resources if resource.trigger in triggered) or "no resource"
 
 
 class _StepBox(NamedTuple):
@@ -84,7 +82,7 @@ class _StepBox(NamedTuple):
     height: float
 
 
-def plan_svg(goal: str, steps: Sequence[PlannedOperation], links: PictureLinks, *, is_alone: bool = True) -> str:
+def plan_svg(goal: str, steps: Sequence[PlannedOperation], links: PictureLinks, *, is_alone: bool = False) -> str:
     """Return the plan to a goal as `<svg>`: rows of operations from left to right, each row with its lanes."""
     title = f"{counted(len(steps), 'operation')} to {goal}"
     root = begin(title, "A chain of operations in lanes by resource", "plan", is_alone=is_alone)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from functools import partial
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from scbm.closing.distinguished_values import comparisons
-from scbm.model import Assign, Constant, ValueKind, format_value
+from scbm.model import Assign, Constant, Equal, InitialStates, Reference, ValueKind, format_value
+from scbm.model.satisfiability import is_satisfiable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Sequence
 
     from scbm.model import BehaviorModel, Predicate, Value, Variable
 
@@ -27,12 +27,12 @@ class ValueGroup(Struct, frozen=True):
     """Values that are one node of a picture.
 
     Attributes:
-        first: the index of its first value in the domain.
         values: its values, in the order of the domain.
+        is_allowed: whether a run may begin with one of them (semantics 7.2).
     """
 
-    first: int
     values: tuple[Value, ...]
+    is_allowed: bool = False
 
     def __str__(self) -> str:
         words = [format_value(value) for value in self.values]
@@ -50,9 +50,15 @@ def value_groups(model: BehaviorModel, variable: Variable) -> tuple[ValueGroup, 
     """
     values = variable.domain.values
     if len(values) <= _MAX_SINGLE:
-        return tuple(ValueGroup(index, (value,)) for index, value in enumerate(values))
-    distinctions = tuple(_distinctions(model, variable.name))
-    kinds = [tuple(test(value) for test in distinctions) for value in values]
+        return _with_beginnings([(value,) for value in values], model, variable)
+    name = variable.name
+    required = (predicate for each in model.requirements for predicate in each.sentence.predicates)
+    compared = (leaf for predicate in (*guards_and_goals(model), *required) for leaf in comparisons(predicate))
+    leaves = [leaf for leaf in compared if leaf.reads() == (name,)]
+    outside = (action for each in model.environment for action in each.actions)
+    assigned = (each for each in (*model.actions, *outside) if each.target == name and isinstance(each, Assign))
+    leaves += [Equal(Reference(name), action.source) for action in assigned if isinstance(action.source, Constant)]
+    kinds = [tuple(leaf.holds({name: value}) for leaf in leaves) for value in values]
     if variable.domain.kind is ValueKind.INTEGER:
         runs = [list(run) for _, run in groupby(range(len(values)), key=kinds.__getitem__)]
     else:
@@ -60,28 +66,23 @@ def value_groups(model: BehaviorModel, variable: Variable) -> tuple[ValueGroup, 
         for index, kind in enumerate(kinds):
             by_kind.setdefault(kind, []).append(index)
         runs = list(by_kind.values())
-    return tuple(ValueGroup(run[0], tuple(values[index] for index in run)) for run in runs)
+    return _with_beginnings([tuple(values[index] for index in run) for run in runs], model, variable)
 
 
-def _distinctions(model: BehaviorModel, name: str) -> Iterator[Callable[[Value], bool]]:
-    """Yield a test of values for each constant that the model compares with a variable or assigns to it."""
-    required = (predicate for each in model.requirements for predicate in each.sentence.predicates)
-    for predicate in (*guards_and_goals(model), *required):
-        for leaf in comparisons(predicate):
-            if leaf.reads() == (name,):
-                yield partial(_holds, leaf, name)
-    outside = (action for each in model.environment for action in each.actions)
-    for action in (*model.actions, *outside):
-        if action.target == name and isinstance(action, Assign) and isinstance(action.source, Constant):
-            yield action.source.constant.__eq__
+def _with_beginnings(
+    groups: Sequence[tuple[Value, ...]], model: BehaviorModel, variable: Variable
+) -> tuple[ValueGroup, ...]:
+    """Return groups of values with whether a run may begin with one of them."""
+    beginnings, name = InitialStates(model).beginnings(is_open=True), variable.name
 
+    def is_allowed(values: tuple[Value, ...]) -> bool:
+        starts = ({**each, name: [value for value in values if value in each[name]]} for each in beginnings)
+        return any(s[name] and is_satisfiable(model.initial_states, model.space, s) is not False for s in starts)
 
-def _holds(leaf: Predicate, name: str, value: Value) -> bool:
-    return leaf.holds({name: value})
+    return tuple(ValueGroup(values, is_allowed(values)) for values in groups)
 
 
 def guards_and_goals(model: BehaviorModel) -> Sequence[Predicate]:
     """Return the guards of a model, those of environment transitions included, and its goals."""
-    guards = [transition.running_guard for transition in model.transitions]
-    guards += [each.guard for each in model.environment]
+    guards = [*(each.running_guard for each in model.transitions), *(each.guard for each in model.environment)]
     return [*guards, *(goal for _, goal in model.goals)]

@@ -94,7 +94,7 @@ def test_a_store_colours_what_its_cases_visited(scbm: Scbm, lamp: Path, tmp_path
     store = tmp_path / "lamp.db"
     scbm("test", lamp, "--cases", "1", "--store", store)
     svg = scbm("draw", lamp, "--store", store).out
-    assert "var(--visited," in svg
+    assert "var(--visited)" in svg
     assert "switch: covered: 1 case" in svg
 
 
@@ -111,13 +111,13 @@ def test_certificates_paint_what_they_prove_and_wrong_ones_nothing(scbm: Scbm, l
     lamp.write_text(timed, encoding="utf-8")
     scbm("close", lamp, "--out", tmp_path / "closed", "--max-states", "1000")
     folder = tmp_path / "closed/certificates"
-    assert "var(--uncoverable," in scbm("draw", lamp, "--certificates", folder).out
+    assert "var(--uncoverable)" in scbm("draw", lamp, "--certificates", folder).out
     for path in folder.glob("*.json"):
         certificate = json.loads(path.read_text(encoding="utf-8"))
         if "claims" in certificate:
             path.write_text(json.dumps({**certificate, "model": "0" * 64}, indent=2), encoding="utf-8")
     ran = scbm("draw", lamp, "--certificates", folder)
-    assert "var(--uncoverable," not in ran.out.partition("</style>")[2]
+    assert "var(--uncoverable)" not in ran.out.partition("</style>")[2]
     assert ran.err
 
 

@@ -176,3 +176,20 @@ def test_a_search_that_meets_its_limit_gives_a_bound() -> None:
     hard = replace(operation, pre=replace(operation.pre, g=free))
     found = of_model(replace(model, variables=(*model.variables, *pigeons), operations=(hard,)), "at")
     assert edges(found) == ["home -> table: go", "shelf -> ≤ table: go"]
+
+
+def test_runs_may_begin_with_values_that_the_initial_states_allow() -> None:
+    text = """\
+behavior_model: cell
+variables:
+  at: {domain: [home, shelf, table], initial: home, random: any}
+  lit: {domain: bool, initial: false, random: any}
+  button: {domain: [up, down], initial: up}
+initial_states: "at != shelf && (at == table -> lit == true)"
+operations:
+  go: {pre: {g: at == home && button == down}, post: {g: true, a: [at <- table, lit <- true]}}
+goals: {there: at == table && lit == true}
+"""
+    model = read_model(text)
+    assert [group.is_allowed for group in of_model(model, "at").groups] == [True, False, True]
+    assert [group.is_allowed for group in of_model(model, "button").groups] == [True, True]

@@ -105,7 +105,7 @@ def test_the_summary_counts_instances_of_many(tmp_path: Path) -> None:
     text = markdown(history_of(file, 1))
     assert _section(text, "6 executing").splitlines()[2].startswith("| `open_it (6 of 7)` | ")
     assert "| `open_it.d1` | executed in 1 case" in _section(text, "7 failed")
-    assert "<details>" not in text
+    assert "<details><summary><b>" not in text
 
 
 def test_the_closing_report_folds_instances_and_has_the_lifted_figure(wording: Wording) -> None:

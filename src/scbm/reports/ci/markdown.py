@@ -19,6 +19,7 @@ from scbm.model.visible_text import counted, escaped
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import FORCED_MARK, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.pictures import PICTURES
 from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, replay_command
 
@@ -55,10 +56,11 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
 
     Args:
         history: the contents of the store.
-        missed: the missed obligations to show; all of them if `None`.
+        missed: the missed obligations to show; all of them, and the pictures, if `None`.
         most_characters: the maximum length; a sentence replaces the parts at the end that do not fit.
     """
     file = history.source.path
+    pictures = [block for entry in PICTURES.values() for block in entry.blocks(history)] if missed is None else []
     if missed is None:
         kind = CampaignKind.of_store(history)
         missed = missed_reasons(history, file, kind)
@@ -67,6 +69,7 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
     blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history), _figures(history)]
     folds = InstanceFolds.of(history.model)
     blocks += [*_missing(undecided, file, folds), *_not_needed(others, folds)]
+    blocks += pictures
     return _joined(blocks, most_characters)
 
 

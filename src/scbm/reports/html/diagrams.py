@@ -26,25 +26,9 @@ if TYPE_CHECKING:
     from scbm.store import History
 
 
-_COLOURS = {
-    "bg": "#ffffff",
-    "fg": "#1f2328",
-    "muted": "#59636e",
-    "line": "#d1d9e0",
-    "accent": "#0969da",
-    "surface": "#f6f8fa",
-    "visited": "#1a7f37",
-    "missed": "#cf222e",
-    "uncoverable": "#59636e",
-    "excluded": "#0969da",
-    "waived": "#8250df",
-    "forced": "#9a6700",
-}
-
-
 def colour(name: str) -> str:
-    """Return a colour of the page by the name of its CSS property, with a fallback for a white background."""
-    return f"var(--{name}, {_COLOURS[name]})"
+    """Return a colour of the page by the name of its CSS property."""
+    return f"var(--{name})"
 
 
 def picture(title: str, description: str, identifier: str, **attributes: str | float) -> Element:

@@ -764,7 +764,7 @@
   const KEYS = {
     "/": () => { byId("search").focus(); byId("search").select(); },
     "?": () => byId("help").showModal(),
-    m: () => go("#/missing"), o: () => go("#/operations"), s: () => go("#/source"), c: () => go("#/cases"),
+    m: () => go("#/missing"), o: () => go("#/operations"), d: () => go("#/model"), s: () => go("#/source"), c: () => go("#/cases"),
     g: () => go("#/growth"), f: () => go("#/findings"),
     n: () => step("next"), p: () => step("previous"), h: hideCovered, t: nextTheme,
   };

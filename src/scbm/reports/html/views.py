@@ -32,6 +32,7 @@ from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
 from scbm.reports.missed_groups import ReasonGroup, reason_groups
 from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.pictures import PICTURES, ReportPictures
 from scbm.reports.status_lines import asserted_words, status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
 
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from scbm.reports.html.entries import MissedGroup
     from scbm.reports.missed_groups import MissedRow
     from scbm.reports.missed_reasons import Missed
+    from scbm.reports.pictures import PictureEntry
     from scbm.store import History, StoredCase, StoredRun
 
 _FIRST = 5
@@ -372,6 +374,12 @@ class ReportView:
     def lines(self) -> tuple[MarkedLine, ...]:
         """The lines of the model file with their coverage."""
         return mark_lines(self.model, self.history.source, self.history.coverage)
+
+    @cached_property
+    def pictures(self) -> tuple[tuple[PictureEntry, ReportPictures], ...]:
+        """The pictures that other packages make, those of the model and of its operations."""
+        made = ((entry, entry.pictures(self.history)) for entry in PICTURES.values())
+        return tuple((entry, found) for entry, found in made if found != ReportPictures())
 
     @cached_property
     def operations(self) -> tuple[OperationView, ...]:
