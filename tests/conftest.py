@@ -14,6 +14,7 @@ import signal
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
+from math import inf
 from pathlib import Path
 from socket import gethostname
 from typing import TYPE_CHECKING
@@ -24,7 +25,7 @@ from scbm.cli import main
 from support import tiers
 from support.domains import LOOPBACK, own_domain
 from support.import_order import BackwardImports, begins_last
-from support.loops import GUARD_S
+from support.loops import GUARD_S, PAGE_GUARD_S
 from support.profiles import load_profile
 from support.shared_closings import SharedCloser, shared_flaws
 from support.shared_models import share_models
@@ -167,7 +168,12 @@ class Ran:
 
 @pytest.fixture
 def scbm(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Ran]:
-    """Runs a command line in this process, from the root of the repository."""
+    """Runs a command line in this process, from the root of the repository.
+
+    However slow the machine is, it starts no processes without `-j`, and prints no lines of progress.
+    """
+    monkeypatch.setattr("scbm.testing.batches.all_cores.core_count", lambda: 1)
+    monkeypatch.setattr("scbm.cli.output.progress._INTERVAL_S", inf)
     share_programs(monkeypatch)
     monkeypatch.chdir(ROOT)
     monkeypatch.delenv("COLUMNS", raising=False)
@@ -235,7 +241,7 @@ def browser() -> Iterator[Browser]:
         pytest.skip(f"not installed: {', '.join(missing)}")
     from playwright.sync_api import expect, sync_playwright  # noqa: PLC0415 - it may be missing
 
-    expect.set_options(timeout=GUARD_S * 1_000)
+    expect.set_options(timeout=PAGE_GUARD_S * 1_000)
     with sync_playwright() as playwright:
         started = playwright.chromium.launch(executable_path=path, args=BROWSER_ARGUMENTS, timeout=GUARD_S * 1_000)
         yield started

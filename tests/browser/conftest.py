@@ -18,7 +18,7 @@ from scbm.reports.html import html_report
 from scbm.store import History, Replays, StoredCase
 from scbm.testing import Execution, RandomCases
 from support.histories import EXAMPLE, history_of
-from support.loops import GUARD_S
+from support.loops import PAGE_GUARD_S
 from support.real_runs import with_real_runs
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Visit:
         context = self.browser.new_context(**options)
         self.contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(GUARD_S * 1_000)
+        page.set_default_timeout(PAGE_GUARD_S * 1_000)
         file = report.as_uri()
         page.on("console", lambda message: self._complain(message.type in ("error", "warning"), message.text))
         page.on("pageerror", lambda error: self._complain(True, str(error)))

@@ -588,7 +588,7 @@ def test_sigterm_ends_closing_as_ctrl_c_does(scbm: Scbm, tmp_path: Path, monkeyp
 def test_progress_is_shown_on_a_terminal_alone(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with activity_display("beginning") as show:
+    with activity_display("beginning", LineClock(lambda: 0.0)) as show:
         show("going on")
     assert capsys.readouterr() == ("", "")
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
