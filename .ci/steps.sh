@@ -3,8 +3,21 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 export PIP_DISABLE_PIP_VERSION_CHECK=1 COLUMNS=120
 unset SCBM_EXPLORE || true
+cpu_times=$(mktemp)
+trap 'rm -f "$cpu_times"' EXIT
 
-step() { printf '\n== %s\n' "$*"; }
+step() { # begin a step; print how long the one before has taken
+  end_step
+  step_name=$*
+  step_began_s=$SECONDS
+  printf '\n== %s\n' "$step_name"
+}
+
+end_step() { # print the time of the present step, and the CPU time of all steps so far: of programs, of the system
+  [ -n "${step_name:-}" ] || return 0
+  times > "$cpu_times" # not in a pipe: that would be another shell, which has no times yet
+  printf -- '-- %s: %d s; CPU so far: %s\n' "$step_name" $((SECONDS - step_began_s)) "$(tail -1 "$cpu_times")"
+}
 
 readme_command() { # the README's only line that creates the environment and matches a pattern
   local command

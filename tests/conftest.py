@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scbm.cli import main
-from support import tiers
+from support import core_tier, tiers
 from support.domains import LOOPBACK, own_domain
 from support.import_order import BackwardImports, begins_last
 from support.loops import GUARD_S, PAGE_GUARD_S
@@ -66,6 +66,7 @@ _GARBAGE_THRESHOLD = 200_000
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--core", action="store_true", help="run only tests of the core tier, as without any arguments")
     parser.addoption("--full", action="store_true", help="run all tiers of tests, with all examples of properties")
     parser.addoption("--one-in", type=int, default=1, metavar="N", help="run a fixed sample: one of N slow tests")
     parser.addoption("--update-golden", action="store_true", help="write golden files instead of comparing with them")
@@ -73,6 +74,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     load_profile(is_full=config.getoption("--full"))
+    if core_tier.is_core_run(config):
+        config.pluginmanager.register(core_tier.CoreCollection(core_tier.read_core_list()))
     if begins_last(config):
         config.pluginmanager.register(BackwardImports())
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell does so for a job in the background
@@ -104,6 +107,8 @@ def pytest_collection() -> Generator[None, object, object]:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out the tiers of `support.tiers`, unless options choose tests, and what is not in the sample."""
+    if "core" in config.getoption("markexpr"):
+        core_tier.mark(items)
     if config.getoption("--full") or config.getoption("markexpr"):
         kept, left_out = tiers.sample(items, config.getoption("--one-in"))
     else:
@@ -129,6 +134,9 @@ def pytest_testnodedown(node: object) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    if core_tier.is_core_run(config):
+        terminalreporter.write_line(core_tier.SUMMARY)
+        return
     left_out = config.stash.get(_LEFT_OUT, {})
     if left_out:
         is_sample = config.getoption("--one-in") > 1

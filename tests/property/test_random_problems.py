@@ -16,6 +16,9 @@ _PROBLEMS = 1_000
 _BATCH = 50
 """Number of problems in a test, so that tests run on all processors."""
 
+_BY_OTHERS = 20
+"""Number of problems for each of the other programs without all examples: they start a process for each problem."""
+
 BUILT_IN = [name for name, entry in PLANNERS.items() if not entry.is_external]
 SHORTEST = ("canonical", "fast-downward-optimal")
 OTHER_PROGRAMS = ["fast-downward", "fast-downward-optimal"]
@@ -66,7 +69,9 @@ def test_answers_of_built_in_planners_are_right(name: str, numbers: range) -> No
     reason="not installed: up-fast-downward",
 )
 @pytest.mark.parametrize("name", OTHER_PROGRAMS)
-@pytest.mark.parametrize("numbers", batches(share(_PROBLEMS)), ids=lambda numbers: f"{numbers[0]}-{numbers[-1]}")
+@pytest.mark.parametrize(
+    "numbers", batches(share(_PROBLEMS, usual=_BY_OTHERS)), ids=lambda numbers: f"{numbers[0]}-{numbers[-1]}"
+)
 def test_answers_of_other_programs_are_right(name: str, numbers: range) -> None:
     for number in numbers:
         check(name, number)

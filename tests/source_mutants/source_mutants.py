@@ -1,8 +1,8 @@
 """Runs tests against mutants of the source. Each mutant is a change by hand that a test must notice.
 
-`source_mutants.py [--only WORD] [--one-in N] [--workers N]` applies one mutant of `mutants.toml` at a time to a copy of
-`src/scbm`, and runs its tests with the copy until one fails. It prints which test noticed each mutant, and exits with 1
-if a mutant survives. `test_source_mutants.py` checks the table in each usual run of the tests.
+`source_mutants.py [--only WORD] [--one-in N] [--core] [--workers N]` applies one mutant of `mutants.toml` at a time
+to a copy of `src/scbm`, and runs its tests with the copy until one fails. It prints which test noticed each mutant, and
+exits with 1 if a mutant survives. `test_source_mutants.py` checks the table in each usual run of the tests.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from pathlib import Path
 from queue import SimpleQueue
 from shutil import copytree
 from tempfile import TemporaryDirectory
+
+import pytest
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "scbm"
@@ -83,7 +85,9 @@ class PackageCopy:
         package: the copied folder.
     """
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, *, is_core: bool = False) -> None:
+        """Copy the package; `is_core` says that of the tests only those of the core tier run."""
+        self._is_core = is_core
         self.package = Path(copytree(SOURCE, directory / "scbm"))
         compile_dir(self.package, quiet=1)
 
@@ -100,11 +104,14 @@ class PackageCopy:
 
     def first_failed(self, tests: Sequence[str], max_cpu_s: int) -> str | None:
         """Return the first test that fails; `None` if none does. Raises `RuntimeError` if tests cannot be run."""
-        options = ("-q", "-x", "-n", "0", "--tb=no", "-rf", "--no-header", "-p", "no:cacheprovider")
+        core = ("--core",) * self._is_core
+        options = (*core, "-q", "-x", "-n", "0", "--tb=no", "-rf", "--no-header", "-p", "no:cacheprovider")
         run = self._python("-c", _LIMITED_PYTEST, str(max_cpu_s), *options, *tests)
         if run.returncode == -signal.SIGXCPU:
             return f"tests go on for more than {max_cpu_s} s of CPU"
         failed = _FAILED.search(run.stdout)
+        if run.returncode == pytest.ExitCode.NO_TESTS_COLLECTED and self._is_core:
+            return None
         if run.returncode != (failed is not None):
             raise RuntimeError(f"tests could not be run: {run.stdout}{run.stderr}")
         return failed and failed[1]
@@ -127,6 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Runs tests against mutants of the source.")
     parser.add_argument("--only", default="", metavar="WORD", help="only mutants with this word in file or reason")
     parser.add_argument("--one-in", type=int, default=1, metavar="N", help="a fixed sample: one of N mutants")
+    parser.add_argument("--core", action="store_true", help="run only tests of the core tier")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N", help="mutants at a time")
     options = parser.parse_args(arguments)
     mutants = [each for each in read_mutants() if options.only in f"{each.file}: {each.why}"][:: options.one_in]
@@ -134,7 +142,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with TemporaryDirectory() as directory, ThreadPoolExecutor(options.workers) as workers:
         copies: SimpleQueue[PackageCopy] = SimpleQueue()
         for number in range(options.workers):
-            copies.put(PackageCopy(Path(directory, str(number))))
+            copies.put(PackageCopy(Path(directory, str(number)), is_core=options.core))
 
         def failed(mutant: SourceMutant) -> str | None:
             copy = copies.get()
