@@ -11,7 +11,8 @@ from msgspec import Struct
 
 from scbm.files.expansion.object_formulas import Formula, GroundTree
 from scbm.files.expansion.thresholds import Joint, Threshold, at_least, copies
-from scbm.files.expansion.work_limit import MAX_INSTANCES, LiftedFault
+from scbm.files.expansion.work_limit import MAX_INSTANCES
+from scbm.files.language.syntax import SyntaxFault
 from scbm.model import Slug
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class AtomFormula(Formula):
         self.least = sum([2 if token.start_pos in slots else len(token) + 1 for token in tokens])
 
     def ground(self, choice: Choice) -> GroundTree:
-        """Return the atom, which is built once for the same objects. Raises `LiftedFault`."""
+        """Return the atom, which is built once for the same objects. Raises `SyntaxFault`."""
         objects = tuple([choice[name] for name in self._order])
         found = self._known.get(objects)
         if found is None:
@@ -55,7 +56,7 @@ class AtomFormula(Formula):
         return found
 
     def case(self, choice: Choice, counts: Mapping[int, int]) -> GroundTree:
-        """Return the atom with a number for each count in it, by where that begins. Raises `LiftedFault`."""
+        """Return the atom with a number for each count in it, by where that begins. Raises `SyntaxFault`."""
         if not self._slots and not self._bounds and not counts:
             return GroundTree(self._tree, self.least)
         tree = self._ground(self._tree, choice, counts)
@@ -209,7 +210,7 @@ class Bound(Struct, frozen=True):
         return prod(map(len, self.objects.values()))
 
     def choices(self, outer: Choice) -> Iterator[dict[str, str]]:
-        """Yield the choices that extend an outer one, the last parameter fastest. Raises `LiftedFault`."""
+        """Yield the choices that extend an outer one, the last parameter fastest. Raises `SyntaxFault`."""
         names = list(self.objects)
         for combination in product(*self.objects.values()):
             self.limit.count(self.begin, self.end)
@@ -226,7 +227,7 @@ class BoundFormula(CompoundFormula):
         self._bound = bound
 
     def _instances(self, choice: Choice) -> Iterator[Ground]:
-        """Yield the body for all objects. Raises `LiftedFault`."""
+        """Yield the body for all objects. Raises `SyntaxFault`."""
         return (self._operands[0].ground(inner) for inner in self._bound.choices(choice))
 
 
@@ -299,7 +300,7 @@ class CountedFormula(BoundFormula):
     def _refuse_size(self, size: int) -> NoReturn:
         message = f"this count would be a predicate with {size:,} comparisons; at most {MAX_INSTANCES:,} are built"
         span = self._bound.begin, self._bound.end
-        raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, *span, "keep the number in a variable")
+        raise SyntaxFault(Slug.TOO_MANY_INSTANCES, message, *span, "keep the number in a variable")
 
     def _rendered(self, formula: Threshold, trees: Sequence[GroundTree]) -> Ground:
         if isinstance(formula, Joint):
@@ -338,7 +339,7 @@ class CountCasesFormula(Formula):
         self._counts = tuple(counts.items())
 
     def ground(self, choice: Choice) -> Ground:
-        """Return the cases that can hold, joined. Raises `LiftedFault`."""
+        """Return the cases that can hold, joined. Raises `SyntaxFault`."""
         exact = [(begin, counted.exact(choice)) for begin, counted in self._counts]
         return self._cases(choice, exact, {})
 
@@ -404,9 +405,28 @@ def negated(ground: Ground, like: SyntaxTree) -> Ground:
     return GroundTree(Tree("no", [ground.tree], like.meta), ground.characters + 1)
 
 
-def as_tree(ground: Ground, like: SyntaxTree) -> GroundTree:
-    """Return a ground predicate as a tree: that of `true` or `false` stands where `like` stands."""
-    if isinstance(ground, GroundTree):
-        return ground
-    word = Token("TRUE" if ground else "FALSE", str(ground).lower(), like.meta.start_pos, end_pos=like.meta.end_pos)
-    return GroundTree(Tree("bare", [Tree("term", [word], like.meta)], like.meta), len(word))
+class SentenceFormula(Formula):
+    """A requirement: predicates, and words and durations between them."""
+
+    is_static = False
+
+    def __init__(self, tree: SyntaxTree, predicates: Mapping[int, Formula]) -> None:
+        """Take the tree, and the predicates by their index among its children."""
+        self.parameters = frozenset().union(*(each.parameters for each in predicates.values()))
+        self.least = sum(each.least for each in predicates.values())
+        self._tree = tree
+        self._predicates = predicates
+
+    def ground(self, choice: Choice) -> GroundTree:
+        """Return the requirement; what the choice makes true or false of its predicates stands there as a word."""
+        grounds = {index: self._as_tree(each.ground(choice)) for index, each in self._predicates.items()}
+        children = [grounds[at].tree if at in grounds else child for at, child in enumerate(self._tree.children)]
+        characters = sum(each.characters for each in grounds.values())
+        return GroundTree(Tree(self._tree.data, children, self._tree.meta), characters)
+
+    def _as_tree(self, ground: Ground) -> GroundTree:
+        if isinstance(ground, GroundTree):
+            return ground
+        text, meta = str(ground).lower(), self._tree.meta
+        word = Token(text.upper(), text, meta.start_pos, end_pos=meta.end_pos)
+        return GroundTree(Tree("bare", [Tree("term", [word], meta)], meta), len(text))

@@ -202,7 +202,7 @@ def choices_of(
 
     Raises:
         TooManyChoices: there are more than `MAX_CHOICES`.
-        LiftedFault: a condition cannot be decided.
+        SyntaxFault: a condition cannot be decided.
     """
     names = [name or f"#{number}" for number, name in enumerate(key.names)]
     listed = {name: objects[kind] for name, kind in zip(names, key.kinds, strict=True)}
@@ -296,7 +296,7 @@ class _Group:
             self.names.append(name)
 
     def search(self, factor: int, *, enough: int | None = None, most: int = _MAX_VISITED) -> None:
-        """Find the choices that satisfy the conditions. Raises `LiftedFault`.
+        """Find the choices that satisfy the conditions. Raises `SyntaxFault`.
 
         Args:
             factor: the number of choices of earlier groups, each of which is joined with each of these.

@@ -11,7 +11,8 @@ from msgspec.structs import replace
 
 from scbm.files.expansion.object_formulas import ObjectTerm, parameters_of
 from scbm.files.expansion.static_facts import StaticFacts
-from scbm.files.expansion.work_limit import LiftedFault, WorkLimit
+from scbm.files.expansion.work_limit import WorkLimit
+from scbm.files.language.syntax import SyntaxFault
 from scbm.files.spelling import suggestion
 from scbm.model import Slug
 
@@ -81,7 +82,7 @@ class NameSlot(ABC):
 
     @abstractmethod
     def name(self, choice: Choice) -> str:
-        """Return the ground name for a choice. Raises `LiftedFault`."""
+        """Return the ground name for a choice. Raises `SyntaxFault`."""
 
 
 class ObjectSlot(NameSlot):
@@ -109,13 +110,15 @@ class IndexSlot(NameSlot):
 
     def name(self, choice: Choice) -> str:
         """Return the ground name."""
-        objects = tuple([term.object_in(choice) for term in self._terms])
+        objects = tuple(
+            [t.object_in(choice) if t.added else choice[t.name] if t.is_parameter else t.name for t in self._terms]
+        )
         name = f"{'.'.join((self._indexed.stem, *objects))}{self._indexed.suffix}"
         if objects not in self._indexed.declared:
             remedy = f"`{self._indexed.base}` is not declared for these objects"
             if any(term.added for term in self._terms):
                 remedy = f"exclude it by a condition that stands before, or by `where`: {remedy}"
-            raise LiftedFault(Slug.WRONG_INDEX, f"there is no `{name}`", self._begin, self._end, remedy)
+            raise SyntaxFault(Slug.WRONG_INDEX, f"there is no `{name}`", self._begin, self._end, remedy)
         return name + self._suffix
 
 

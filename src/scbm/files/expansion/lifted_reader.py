@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from contextlib import contextmanager
 from math import prod
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lark import Token, Tree
 from msgspec.structs import replace
@@ -26,6 +26,7 @@ from scbm.files.expansion.formulas import (
     IntegerFormula,
     NegatedFormula,
     QuantifiedFormula,
+    SentenceFormula,
     relation_holds,
 )
 from scbm.files.expansion.lifted_names import IndexSlot, LiftedToken, NameSlot, ObjectSlot
@@ -60,6 +61,13 @@ _NAME = re.compile(
     re.ASCII,
 )
 """A name in a text that is one name or one value."""
+
+
+class LiftedAction(NamedTuple):
+    """An action, and the parameters of the quantifiers before it."""
+
+    bounds: tuple[Bound, ...]
+    atom: AtomFormula
 
 
 class LiftedReader:
@@ -232,7 +240,7 @@ class LiftedReader:
 
     # actions and requirements
 
-    def action(self, tree: SyntaxTree) -> tuple[tuple[Bound, ...], AtomFormula]:
+    def action(self, tree: SyntaxTree) -> LiftedAction:
         """Return an action, and the quantifiers before it: one action for each choice of objects."""
         bounds = []
         while tree.data == "all_actions":
@@ -244,12 +252,13 @@ class LiftedReader:
             message = "an action assigns no count: what it counts may change in the same step"
             remedy = "write one action for each number, with the count in its guard, or keep the number in a variable"
             self._note(Slug.ACTION_SYNTAX, message, *extent(_token(counted, 0)), remedy)
-            return tuple(bounds), AtomFormula(tree, {}, {})
-        return tuple(bounds), self.atom(tree)
+            return LiftedAction(tuple(bounds), AtomFormula(tree, {}, {}))
+        return LiftedAction(tuple(bounds), self.atom(tree))
 
-    def requirement(self, tree: SyntaxTree) -> list[Formula | Token | None]:
-        """Return the parts of a requirement: predicates, durations, and `None` for what is left out."""
-        return [self.predicate(child) if isinstance(child, Tree) else child for child in tree.children]
+    def requirement(self, tree: SyntaxTree) -> SentenceFormula:
+        """Return a requirement."""
+        predicates = {index: self.predicate(each) for index, each in enumerate(tree.children) if isinstance(each, Tree)}
+        return SentenceFormula(tree, predicates)
 
     # atoms
 
@@ -271,7 +280,7 @@ class LiftedReader:
         counts = self._counts(tree)
         if counts is not None:
             return counts
-        if self._is_of_integers(tree):
+        if self._scope.names.facts.integers and self._is_of_integers(tree):
             self._refuse_no_integer(tree)
             return IntegerFormula(self.atom(tree, is_dynamic=False))
         left, right = _simple(tree.children[0]), _simple(tree.children[2])

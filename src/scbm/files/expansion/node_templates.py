@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from functools import partial
 from math import prod
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
-from lark import Tree
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -23,11 +21,9 @@ from scbm.files.expansion.expanded_nodes import (
     text_node,
     with_entries,
 )
-from scbm.files.expansion.formulas import as_tree
 from scbm.files.expansion.lifted_reader import LiftedReader
-from scbm.files.expansion.object_formulas import ConstantFormula, Formula, GroundTree
+from scbm.files.expansion.object_formulas import ConstantFormula
 from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE, DRAWN_KEYS
-from scbm.files.expansion.work_limit import LiftedFault, WorkLimit
 from scbm.files.language.syntax import SyntaxFault, refuse_depth
 from scbm.files.spelling import suggestion
 from scbm.files.yaml.document import YamlNode
@@ -36,12 +32,14 @@ from scbm.model import Slug
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from scbm.files.expansion.formulas import AtomFormula, Bound
     from scbm.files.expansion.lifted_names import LiftedScope
-    from scbm.files.expansion.object_formulas import Choice
-    from scbm.files.language.syntax import SyntaxTree
+    from scbm.files.expansion.object_formulas import Choice, Formula, GroundTree
+    from scbm.files.language.syntax import Start, SyntaxTree
     from scbm.files.yaml.error_collector import ErrorCollector
+    from scbm.files.yaml.source_text import Scalar
     from scbm.model import Place
+
+T = TypeVar("T")
 
 NodeKind: TypeAlias = Literal[
     "predicate", "requirement", "actions", "names", "assignments", "term", "text", "binding", "simulation", "copy"
@@ -60,6 +58,8 @@ KINDS: dict[str, NodeKind] = {
     "requirement": "requirement",
 }
 """The keys whose texts can have parameters, wherever they stand in an entry; all others are copied."""
+
+_TRUE, _FALSE = ConstantFormula(True), ConstantFormula(False)
 
 _MAX_UNCHECKED = 1_000
 """A ground text with fewer characters is not as deep as the language allows."""
@@ -109,95 +109,124 @@ _Made: TypeAlias = "GroundTree | RewrittenScalar | bool"
 """What a choice of objects makes of a text."""
 
 
-class _LiftedScalar(Struct):
+class ScalarTemplate(NodeTemplate):
     """A scalar node whose text is parsed.
 
     Attributes:
         lifted: the node.
-        report: where errors go.
-        limit: counts what is built.
+        least: how many characters each ground text has at least.
         is_wrong: whether the text has an error.
         is_plain: whether there is nothing to expand in it.
     """
 
-    lifted: YamlNode
-    report: ErrorCollector
-    limit: WorkLimit
-    is_wrong: bool = False
-    is_plain: bool = False
+    least = 0
+
+    def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
+        self.lifted = node
+        self.is_wrong = False
+        self.is_plain = False
+        self._report = report
+        self._limit = scope.names.limit
+
+    @abstractmethod
+    def made(self, choice: Choice) -> _Made:
+        """Return what a choice of objects makes of the text. Raises `SyntaxFault`."""
+
+    def parsed(self, scope: LiftedScope, start: Start, read: Callable[[LiftedReader, SyntaxTree], T]) -> T | None:
+        """Return what a reader makes of the tree of the text; `None` after a syntax error.
+
+        The node of a text with nothing to expand has its tree for all choices.
+        """
+        reader = LiftedReader(self._written.text, scope, self.note)
+        tree = reader.tree(start)
+        found = None if tree is None else read(reader, tree)
+        if tree is not None and not reader.is_lifted:
+            self.is_plain = True
+            self.lifted = replace(self.lifted, scalar=ParsedScalar(self._written, tree))
+        return found
+
+    @property
+    def _written(self) -> Scalar:
+        assert self.lifted.scalar is not None  # noqa: S101 - its text was parsed
+        return self.lifted.scalar
 
     def note(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
         """Note an error or a warning about characters of the text; an error without a message follows from others."""
-        assert self.lifted.scalar is not None  # noqa: S101 - it was parsed
         if slug in _WARNINGS:
-            self.report.warn(slug, message, self.lifted.scalar.stretch(begin, end), remedy)
+            self._report.warn(slug, message, self._written.stretch(begin, end), remedy)
             return
         self.is_wrong = True
         if message:
-            self.report.add(slug, message, self.lifted.scalar.stretch(begin, end), remedy)
-
-    def read(self, reader: LiftedReader, tree: SyntaxTree) -> None:
-        """Keep whether a text that was read is lifted; the node of one that is not has its tree for all choices."""
-        self.is_plain = not reader.is_lifted
-        if self.is_plain and self.lifted.scalar is not None:
-            self.lifted = replace(self.lifted, scalar=ParsedScalar(self.lifted.scalar, tree))
+            self._report.add(slug, message, self._written.stretch(begin, end), remedy)
 
     def rewritten(self, names: Mapping[tuple[int, int], str]) -> RewrittenScalar:
         """Return the text with other names; each stands for the characters that it replaces."""
-        scalar = self.lifted.scalar
-        assert scalar is not None  # noqa: S101 - it was parsed
         pieces: list[Piece] = []
         copied = 0
         for (begin, end), name in names.items():
-            pieces += [Piece.copy(scalar, copied, begin), Piece.instead(name, scalar, begin, end)]
+            pieces += [Piece.copy(self._written, copied, begin), Piece.instead(name, self._written, begin, end)]
             copied = end
-        return RewrittenScalar([*pieces, Piece.copy(scalar, copied)])
+        return RewrittenScalar([*pieces, Piece.copy(self._written, copied)])
 
-    def expect(self, characters: int) -> None:
+    def expect(self, instances: int) -> None:
         """Count the characters that the ground texts will have at least. Raises `InputError` if there are too many."""
         if self.is_plain or self.is_wrong or self.lifted.scalar is None:
             return
         try:
-            self.limit.expect_characters(characters, 0, len(self.lifted.scalar.text))
-        except LiftedFault as fault:
+            self._limit.expect_characters(instances * self.least, 0, len(self._written.text))
+        except SyntaxFault as fault:
             self.note_fault(fault)
 
-    def note_fault(self, fault: LiftedFault) -> None:
+    def note_fault(self, fault: SyntaxFault) -> None:
         """Note the error of a part that cannot be expanded. Raises `InputError` if the file is too large as a whole."""
         self.note(fault.slug, fault.message, fault.begin, fault.end, fault.remedy)
-        if self.limit.is_exceeded:
-            raise self.report.error()
+        if self._limit.is_exceeded:
+            raise self._report.error()
 
-    def ground(self, make: Callable[[], _Made]) -> YamlNode:
+    def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the ground node; a condemned one if there is an error."""
         if self.is_plain and not self.is_wrong:
-            return self.lifted
+            return [self.lifted]
         if not self.is_wrong:
             try:
-                made = make()
-                return self._node(made)
-            except LiftedFault as fault:
+                return [self._node(self.made(choice))]
+            except SyntaxFault as fault:
                 self.note_fault(fault)
-        return YamlNode(None, self.lifted.place, condemned=True, end=self.lifted.end)
+        return [YamlNode(None, self.lifted.place, condemned=True, end=self.lifted.end)]
 
     def _node(self, made: _Made) -> YamlNode:
-        scalar = self.lifted.scalar
-        assert scalar is not None  # noqa: S101 - it was parsed
         if isinstance(made, bool):
             return text_node(str(made).lower(), self.lifted.place, self.lifted.end)
+        characters = len(made.text) if isinstance(made, RewrittenScalar) else made.characters
+        written = self._written
+        self._limit.count_characters(characters, len(written.text))
         if isinstance(made, RewrittenScalar):
-            self.limit.count_characters(len(made.text), len(scalar.text))
             return scalar_node(made, self.lifted.place, self.lifted.end)
-        self.limit.count_characters(made.characters, len(scalar.text))
-        if made.characters > _MAX_UNCHECKED:
-            self._refuse_depth(made.tree)
-        return replace(self.lifted, scalar=ParsedScalar(scalar, made.tree))
+        if characters > _MAX_UNCHECKED:
+            refuse_depth(made.tree)
+        return replace(self.lifted, scalar=ParsedScalar(written, made.tree))
 
-    def _refuse_depth(self, tree: SyntaxTree) -> None:
-        try:
-            refuse_depth(tree)
-        except SyntaxFault as fault:
-            raise LiftedFault(fault.slug, fault.message, fault.begin, fault.end, fault.remedy) from None
+
+class ConditionTemplate(ScalarTemplate):
+    """One predicate."""
+
+    def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector, *, is_static: bool) -> None:
+        """Parse the predicate; with `is_static`, note each part of it that reads a variable."""
+        super().__init__(node, scope, report)
+        self.formula: Formula = _TRUE if node.plain is not False else _FALSE
+        if is_static and not node.condemned and _is_empty(node):
+            _refuse_empty(node, report)
+            self.is_wrong = True
+        elif node.scalar is None or node.plain is None or isinstance(node.plain, bool):
+            self.is_plain = True  # the codec notes what it is instead
+        else:
+            read = LiftedReader.static_predicate if is_static else LiftedReader.predicate
+            self.formula = self.parsed(scope, "predicate", read) or self.formula
+        self.least = self.formula.least
+
+    def made(self, choice: Choice) -> _Made:
+        """Return the ground predicate."""
+        return self.formula.ground(choice)
 
 
 class PredicateTemplate(NodeTemplate):
@@ -206,33 +235,26 @@ class PredicateTemplate(NodeTemplate):
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector, *, is_static: bool = False) -> None:
         """Parse the predicates; with `is_static`, note each part of them that reads a variable."""
         self._node = node
-        self._parts: list[tuple[_LiftedScalar, Formula]] = []
         elements = node.elements if isinstance(node.plain, list) else [node]
-        for element in elements:
-            scalar = _LiftedScalar(element, report, scope.names.limit)
-            self._parts.append((scalar, _parsed(scalar, scope, is_static=is_static)))
+        self._parts = [ConditionTemplate(element, scope, report, is_static=is_static) for element in elements]
 
     def conjuncts(self) -> Iterator[Formula]:
         """Yield the conjuncts of the predicates without errors."""
-        for scalar, formula in self._parts:
-            if not scalar.is_wrong:
-                yield from formula.conjuncts()
+        return (each for part in self._parts if not part.is_wrong for each in part.formula.conjuncts())
 
     def expect(self, instances: int) -> None:
         """Count the predicates without those that a choice may decide."""
-        for scalar, formula in self._parts:
-            scalar.expect(instances * formula.least)
+        for part in self._parts:
+            part.expect(instances)
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the predicate; of a list, what is not true for this choice."""
-        ground = [scalar.ground(partial(formula.ground, choice)) for scalar, formula in self._parts]
+        ground = [part.node(choice) for part in self._parts]
         if not isinstance(self._node.plain, list):
             return ground
         pairs = zip(self._parts, ground, strict=True)
-        left = [node for (scalar, _), node in pairs if node.plain is not True or scalar.is_plain]
-        if len(left) == len(ground):
-            return [list_node(left, self._node.place, self._node.end)]
-        if not left:
+        left = [node for part, node in pairs if node.plain is not True or part.is_plain]
+        if ground and not left:
             return [text_node("true", self._node.place, self._node.end)]
         return [list_node(left, self._node.place, self._node.end)]
 
@@ -249,104 +271,56 @@ def _refuse_empty(node: YamlNode, report: ErrorCollector) -> None:
     report.add(Slug.PREDICATE_SYNTAX, message, node.place, remedy)
 
 
-def _parsed(scalar: _LiftedScalar, scope: LiftedScope, *, is_static: bool) -> Formula:
-    """Return the predicate of a scalar; one that is passed on as it is for any other node."""
-    node = scalar.lifted
-    scalar.is_plain = True
-    if isinstance(node.plain, bool):
-        return ConstantFormula(node.plain)
-    if is_static and not node.condemned and _is_empty(node):
-        _refuse_empty(node, scalar.report)
-        scalar.is_wrong = True
-        return ConstantFormula(True)
-    if node.scalar is None or node.plain is None:
-        return ConstantFormula(True)
-    reader = LiftedReader(node.scalar.text, scope, scalar.note)
-    tree = reader.tree("predicate")
-    if tree is None:
-        return ConstantFormula(True)
-    formula = reader.static_predicate(tree) if is_static else reader.predicate(tree)
-    scalar.read(reader, tree)
-    return formula
-
-
-class RequirementTemplate(NodeTemplate):
+class RequirementTemplate(ScalarTemplate):
     """A requirement: predicates, and durations between them."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
-        self._scalar = _LiftedScalar(node, report, scope.names.limit)
-        reader = LiftedReader(node.text or "", scope, self._scalar.note)
-        self._tree = reader.tree("requirement")
-        self._parts = [] if self._tree is None else reader.requirement(self._tree)
-        if self._tree is not None:
-            self._scalar.read(reader, self._tree)
+        super().__init__(node, scope, report)
+        self._requirement = self.parsed(scope, "requirement", LiftedReader.requirement)
+        self.least = 0 if self._requirement is None else self._requirement.least
 
-    def expect(self, instances: int) -> None:
-        """Count the predicates."""
-        self._scalar.expect(instances * sum(p.least for p in self._parts if isinstance(p, Formula)))
-
-    def nodes(self, choice: Choice) -> list[YamlNode]:
+    def made(self, choice: Choice) -> _Made:
         """Return the requirement."""
-        return [self._scalar.ground(lambda: self._ground(choice))]
-
-    def _ground(self, choice: Choice) -> GroundTree:
-        tree = self._tree
-        assert tree is not None  # noqa: S101 - a requirement without one is wrong
-        parts = [as_tree(part.ground(choice), tree) if isinstance(part, Formula) else part for part in self._parts]
-        characters = sum(part.characters if isinstance(part, GroundTree) else 10 for part in parts)
-        children: list[Any] = [part.tree if isinstance(part, GroundTree) else part for part in parts]
-        return GroundTree(Tree(tree.data, children, tree.meta), characters)
+        return True if self._requirement is None else self._requirement.ground(choice)
 
 
-class ActionTemplate(NodeTemplate):
+class ActionTemplate(ScalarTemplate):
     """An action; with `forall`, one for each object."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
-        self._scalar = _LiftedScalar(node, report, scope.names.limit)
-        reader = LiftedReader(node.text or "", scope, self._scalar.note)
-        tree = reader.tree("action")
-        self._bounds: tuple[Bound, ...] = ()
-        self._action: AtomFormula | None = None
-        if tree is not None:
-            self._bounds, self._action = reader.action(tree)
-            self._scalar.read(reader, tree)
-
-    def expect(self, instances: int) -> None:
-        """Count the actions for all objects."""
+        super().__init__(node, scope, report)
+        self._action = self.parsed(scope, "action", LiftedReader.action)
         if self._action is not None:
-            number = instances * prod(bound.count for bound in self._bounds)
-            self._scalar.expect(number * self._action.least)
+            self.least = self._action.atom.least * prod(bound.count for bound in self._action.bounds)
+
+    def made(self, choice: Choice) -> _Made:
+        """Return the action for a choice that has objects for its `forall`, too."""
+        return True if self._action is None else self._action.atom.ground(choice)
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the actions."""
-        action = self._action
-        if action is None:
-            return [self._scalar.ground(lambda: True)]
         choices: list[Choice] = [choice]
         try:
-            for bound in self._bounds:
+            for bound in self._action.bounds if self._action is not None else ():
                 choices = [inner for outer in choices for inner in bound.choices(outer)]
-        except LiftedFault as fault:
-            self._scalar.note_fault(fault)
+        except SyntaxFault as fault:
+            self.note_fault(fault)
             choices = [choice]
-        return [self._scalar.ground(partial(action.ground, each)) for each in choices]
+        ground = super().nodes
+        return [node for each in choices for node in ground(each)]
 
 
-class NameTemplate(NodeTemplate):
+class NameTemplate(ScalarTemplate):
     """A text that is one name or one value."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
-        self._scalar = _LiftedScalar(node, report, scope.names.limit)
-        reader = LiftedReader(node.text or "", scope, self._scalar.note)
-        self._slots = reader.names()
-        self._scalar.is_plain = not self._slots
+        super().__init__(node, scope, report)
+        self._slots = LiftedReader(node.text or "", scope, self.note).names()
+        self.is_plain = not self._slots
 
-    def nodes(self, choice: Choice) -> list[YamlNode]:
+    def made(self, choice: Choice) -> _Made:
         """Return the ground name."""
-        return [self._scalar.ground(lambda: self._scalar.rewritten(self._names(choice)))]
-
-    def _names(self, choice: Choice) -> dict[tuple[int, int], str]:
-        return {span: slot.name(choice) for span, slot in self._slots.items()}
+        return self.rewritten({span: slot.name(choice) for span, slot in self._slots.items()})
 
 
 def refuse_parameters_in_text(node: YamlNode, report: ErrorCollector, remedy: str) -> None:
@@ -359,26 +333,22 @@ def refuse_parameters_in_text(node: YamlNode, report: ErrorCollector, remedy: st
         report.add(Slug.UNKNOWN_OBJECT, message, scalar.stretch(*match.span(1)), remedy)
 
 
-class TextTemplate(NodeTemplate):
+class TextTemplate(ScalarTemplate):
     """A text for people or for drivers, in which `{r}` stands for an object."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
-        self._scalar = _LiftedScalar(node, report, scope.names.limit)
-        self._parameters = scope.parameters
-        for match in _IN_TEXT.finditer(node.text or "") if scope.parameters else ():
+        super().__init__(node, scope, report)
+        found = [*_IN_TEXT.finditer(node.text or "")] if scope.parameters else []
+        self._parameters = {match.span(): match[1] for match in found if match[1] in scope.parameters}
+        self.is_plain = not self._parameters
+        for match in found:
             if match[1] not in scope.parameters:
                 remedy = suggestion(match[1], scope.parameters, "the parameters here are")
-                self._scalar.note(Slug.UNKNOWN_OBJECT, f"there is no parameter `{match[1]}`", *match.span(1), remedy)
+                self.note(Slug.UNKNOWN_OBJECT, f"there is no parameter `{match[1]}`", *match.span(1), remedy)
 
-        self._scalar.is_plain = not any(match[1] in scope.parameters for match in _IN_TEXT.finditer(node.text or ""))
-
-    def nodes(self, choice: Choice) -> list[YamlNode]:
+    def made(self, choice: Choice) -> _Made:
         """Return the text with the names of objects."""
-        return [self._scalar.ground(lambda: self._scalar.rewritten(self._objects(choice)))]
-
-    def _objects(self, choice: Choice) -> dict[tuple[int, int], str]:
-        found = _IN_TEXT.finditer(self._scalar.lifted.text or "")
-        return {match.span(): choice[match[1]] for match in found if match[1] in self._parameters}
+        return self.rewritten({span: choice[name] for span, name in self._parameters.items()})
 
 
 class ListTemplate(NodeTemplate):

@@ -38,7 +38,7 @@ class Formula(ABC):
 
     @abstractmethod
     def ground(self, choice: Choice) -> GroundTree | bool:
-        """Return the predicate for a choice of objects. Raises `LiftedFault`."""
+        """Return the predicate for a choice of objects. Raises `SyntaxFault`."""
 
     def conjuncts(self) -> tuple[Formula, ...]:
         """Return the operands of a conjunction, and the formula itself otherwise."""

@@ -22,8 +22,8 @@ from scbm.files.expansion.lifted_names import IndexedName, LiftedNames, LiftedSc
 from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
 from scbm.files.expansion.stage_keys import LIFTED_SECTIONS, REQUIREMENT_KEYS
 from scbm.files.expansion.static_facts import WORD, StaticFacts, joined, read_facts
-from scbm.files.expansion.work_limit import LiftedFault
 from scbm.files.language.scope import name_fault
+from scbm.files.language.syntax import SyntaxFault
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.document import YamlNode
 from scbm.files.yaml.instance_names import EntryInstance, InstanceNames
@@ -223,7 +223,7 @@ class _ObjectStage:
             self._report.add(Slug.TOO_MANY_INSTANCES, message, key.place, remedy)
             self._incomplete.append(section)
             return []
-        except LiftedFault as fault:
+        except SyntaxFault as fault:
             self._report.add(fault.slug, fault.message, key.place, fault.remedy)
             raise self._report.error() from None
         for indexed in self._owned(section, key.base):

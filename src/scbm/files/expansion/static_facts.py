@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING
 
@@ -59,7 +58,7 @@ class ObjectTable(Struct, frozen=True):
     rows: Mapping[tuple[str, ...], None]
 
 
-class StaticFacts(Struct, frozen=True, dict=True):
+class StaticFacts(Struct, frozen=True):
     """The types and the tables of a model file.
 
     Attributes:
@@ -69,6 +68,7 @@ class StaticFacts(Struct, frozen=True, dict=True):
         is_whole: whether all types could be read; if not, an unknown object is no error.
         misses_names: whether a section or a file could not be read; an unknown type or table is no error then.
         unread: the tables that could not be read; no use of them is an error.
+        integers: the objects that are integers.
     """
 
     types: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -77,6 +77,7 @@ class StaticFacts(Struct, frozen=True, dict=True):
     is_whole: bool = True
     misses_names: bool = False
     unread: Mapping[str, None] = field(default_factory=dict)
+    integers: Mapping[str, None] = field(default_factory=dict)
 
     def objects(self, kind: str) -> tuple[str, ...]:
         """Return the objects of a type; none for an unknown one."""
@@ -85,11 +86,6 @@ class StaticFacts(Struct, frozen=True, dict=True):
     def is_of_integers(self, kind: str) -> bool:
         """Return whether the objects of a type are integers."""
         return self.objects(kind)[:1] != () and self.objects(kind)[0].isdecimal()
-
-    @cached_property
-    def integers(self) -> dict[str, None]:
-        """The objects that are integers."""
-        return {each: None for kind in self.types if self.is_of_integers(kind) for each in self.types[kind]}
 
 
 def read_facts(document: YamlNode, report: ErrorCollector) -> StaticFacts:
@@ -137,7 +133,9 @@ class _FactsReader:
                 self._unread[name] = None
             else:
                 read[name] = table
-        return StaticFacts(objects, read, self._places, self._is_whole, self._misses_names, self._unread)
+        return StaticFacts(
+            objects, read, self._places, self._is_whole, self._misses_names, self._unread, _integers(objects)
+        )
 
     def _rejected(self, types: YamlNode | None) -> dict[str, YamlNode]:
         """Return the types that cannot have their names, which is noted with the other names."""
@@ -362,7 +360,12 @@ def facts_of(objects: ObjectLists, place: Place) -> StaticFacts:
     """
     types = _with_subtypes(dict(objects.types), dict(objects.parents))
     tables = {name: ObjectTable(name, columns, dict.fromkeys(rows)) for name, columns, rows in objects.tables}
-    return StaticFacts(types, tables, {name: place for _, names in objects.types for name in names})
+    places = {name: place for _, names in objects.types for name in names}
+    return StaticFacts(types, tables, places, integers=_integers(types))
+
+
+def _integers(types: Mapping[str, tuple[str, ...]]) -> dict[str, None]:
+    return {each: None for objects in types.values() for each in objects if each.isdecimal()}
 
 
 def joined(names: Iterable[str]) -> str:

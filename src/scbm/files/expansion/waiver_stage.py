@@ -22,7 +22,7 @@ from scbm.files.expansion.node_templates import (
     without,
 )
 from scbm.files.expansion.static_facts import StaticFacts, facts_of, joined, read_facts
-from scbm.files.expansion.work_limit import LiftedFault
+from scbm.files.language.syntax import SyntaxFault
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.error_collector import ErrorCollector
 from scbm.model import Slug
@@ -234,7 +234,7 @@ class _WaiverStage:
             remedy = "exclude choices with `where`"
             self._report.add(Slug.TOO_MANY_INSTANCES, f"`{key.shown}` has {error.shown}", key.place, remedy)
             return None
-        except LiftedFault as fault:
+        except SyntaxFault as fault:
             self._report.add(fault.slug, fault.message, key.place, fault.remedy)
             return None
         return [choice for choice in instances if choice in choices]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scbm.files.language.syntax import MAX_CHARACTERS
+from scbm.files.language.syntax import MAX_CHARACTERS, SyntaxFault
 from scbm.model import Slug
 
 MAX_INSTANCES = 10_000
@@ -13,18 +13,6 @@ _MAX_WORK = 2_000_000
 
 _MAX_CHARACTERS = 4 * 1024 * 1024
 """Maximum number of characters of all ground texts of a file: a file that is written by hand cannot have more."""
-
-
-class LiftedFault(Exception):  # noqa: N818 - it never leaves this package; outside it is a diagnostic
-    """An error in a lifted text: its slug, message, characters in the text, and remedy."""
-
-    def __init__(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
-        super().__init__(message)
-        self.slug = slug
-        self.message = message
-        self.begin = begin
-        self.end = end
-        self.remedy = remedy
 
 
 class WorkLimit:
@@ -41,12 +29,12 @@ class WorkLimit:
         self.is_exceeded = False
 
     def expect_characters(self, number: int, begin: int, end: int) -> None:
-        """Count characters that texts will have at least. Raises `LiftedFault` if there would be too many."""
+        """Count characters that texts will have at least. Raises `SyntaxFault` if there would be too many."""
         self._expected += number
         self._refuse_characters(self._expected, begin, end)
 
     def count_characters(self, number: int, end: int) -> None:
-        """Count the characters of one more text. Raises `LiftedFault` if it has too many, or all texts have.
+        """Count the characters of one more text. Raises `SyntaxFault` if it has too many, or all texts have.
 
         Args:
             number: the number of its characters.
@@ -54,7 +42,7 @@ class WorkLimit:
         """
         if number > MAX_CHARACTERS:
             message = f"this text has about {number:,} characters written out; at most {MAX_CHARACTERS:,} fit"
-            raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, 0, end, "use fewer objects")
+            raise SyntaxFault(Slug.TOO_MANY_INSTANCES, message, 0, end, "use fewer objects")
         self._characters += number
         self._refuse_characters(self._characters, 0, end)
 
@@ -63,12 +51,12 @@ class WorkLimit:
             self.is_exceeded = True
             message = f"the file has more than {_MAX_CHARACTERS:,} characters when it is written out"
             remedy = "use fewer objects, or fewer quantifiers in entries with parameters"
-            raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, begin, end, remedy)
+            raise SyntaxFault(Slug.TOO_MANY_INSTANCES, message, begin, end, remedy)
 
     def count(self, begin: int, end: int) -> None:
-        """Count one more instance. Raises `LiftedFault` if there are too many."""
+        """Count one more instance. Raises `SyntaxFault` if there are too many."""
         self._instances += 1
         if self._instances > _MAX_WORK:
             self.is_exceeded = True
             message = f"the quantifiers of this file have more than {_MAX_WORK:,} instances"
-            raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, begin, end, "use fewer objects")
+            raise SyntaxFault(Slug.TOO_MANY_INSTANCES, message, begin, end, "use fewer objects")
