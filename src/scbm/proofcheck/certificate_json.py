@@ -7,7 +7,7 @@ Whether a variable, a value or a claim exists in the model is not a question of 
 from __future__ import annotations
 
 from itertools import islice
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, ValidationError, convert
 from msgspec.structs import replace
@@ -27,7 +27,6 @@ from scbm.model.json_reader import (
     JsonError,
     JsonRecord,
     line_and_column,
-    one_of,
     read_json,
     record_faults,
     value_positions,
@@ -121,7 +120,9 @@ def _diagnostic(message: str, text: str, file: str, position: int) -> Diagnostic
 
 def _read(document: dict[str, Any]) -> tuple[Certificate, str | None]:
     """Return the certificate of a document, and the model file that it names. Raise `ValidationError`."""
-    kind = convert(document.get("argument"), Annotated[str, one_of(ARGUMENTS)])
+    kind = str(document.get("argument"))
+    if kind not in ARGUMENTS:
+        raise ValidationError
     of_all, of_argument = _split(document, ARGUMENTS[kind].record)
     head, argument = convert(of_all, _CertificateHead), convert(of_argument, ARGUMENTS[kind].record)
     if isinstance(argument, RunsArgument):
@@ -135,8 +136,8 @@ def _read(document: dict[str, Any]) -> tuple[Certificate, str | None]:
 
 def _faults(document: dict[str, Any]) -> Iterator[tuple[JsonPath, str]]:
     """Yield each reason why a document is no certificate, with its path."""
-    kind = document.get("argument")
-    if not isinstance(kind, str) or kind not in ARGUMENTS:
+    kind = str(document.get("argument"))
+    if kind not in ARGUMENTS:
         path: JsonPath = ("argument",) if "argument" in document else ()
         yield path, f"the key `argument` is one of: {', '.join(ARGUMENTS)}"
         return
