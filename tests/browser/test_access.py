@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,6 +54,28 @@ CHECKS = """() => {
     "link in a sentence that only its colour shows": found(isOnlyColoured),
   };
 }"""
+
+
+AXE = """async () => {
+  const { violations } = await axe.run(document, { resultTypes: ["violations"] });
+  return violations.map(({ id, nodes }) => `${id}: ${nodes[0].html.slice(0, 200)}`);
+}"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1440, 390])
+def test_axe_finds_no_violation_on_any_page(visit: Visit, before: Path, failing: Path, scheme: str, width: int) -> None:
+    """Check all pages with axe-core, which the package `axe-playwright-python` brings."""
+    source = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
+    failed = ("missing", "findings", "cases?failed", "case/seed-1-case-2", "case/seed-1-case-2/step/3")
+    for report, routes in ((before, (*ROUTES, "nothing")), (failing, failed)):
+        page = visit.open(report, color_scheme=scheme, viewport={"width": width, "height": 900})
+        page.evaluate(source)
+        for route in routes:
+            page.evaluate(f"location.hash = '#/{route}'")
+            page.locator(".page.shown h1").first.wait_for()
+            page.evaluate("document.querySelectorAll('.page.shown details').forEach(each => { each.open = true; })")
+            assert page.evaluate(AXE) == [], route
 
 
 def wrong(page: Page) -> dict[str, list[str]]:

@@ -98,10 +98,12 @@ def test_a_report_without_missing_obligations_says_so(visit: Visit, after: Path,
 def test_each_page_has_an_address(visit: Visit, before: Path, route: str) -> None:
     page = visit.open(before, f"#/{route}")
     expect(shown(page)).to_have_count(1)
+    if route == "source":
+        expect(shown(page).locator(".line.target")).to_be_in_viewport()
     expect(shown(page).locator("h1")).to_have_count(1)
     current = {"operation": "operations", "case": "cases"}.get(route.partition("/")[0], route)
     expect(page.locator("nav [aria-current=page]")).to_have_attribute("href", f"#/{current}")
-    assert page.evaluate("scrollY") == 0
+    assert (page.evaluate("scrollY") == 0) is (route != "source"), "the source opens at the first hole"
 
 
 def test_an_address_without_a_page_shows_the_page_for_such_addresses(
@@ -223,6 +225,44 @@ def test_the_source_is_marked_and_unfolds_its_branches(visit: Visit, before: Pat
     assert len(shown(page).locator(".line").all()) == 348
 
 
+def test_the_source_opens_at_its_first_hole_and_keys_lead_to_the_others(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/source")
+    target = shown(page).locator(".line.target")
+    expect(target).to_be_in_viewport()
+    holes = shown(page).locator(".line:is(.missed, .partly) .no").all_text_contents()
+    expect(target.locator(".no")).to_have_text(holes[0])
+    page.keyboard.press("j")
+    page.keyboard.press("j")
+    expect(target.locator(".no")).to_have_text(holes[2])
+    expect(page).to_have_url(re.compile(f"#/source/{holes[2]}$"))
+    page.keyboard.press("k")
+    expect(target.locator(".no")).to_have_text(holes[1])
+
+
+def test_the_source_has_colours_without_elements_for_them(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/source")
+    ranges = """name => [...(CSS.highlights.get(name) ?? [])].map(
+        ({ startContainer, startOffset, endOffset }) => startContainer.data.slice(startOffset, endOffset))"""
+    assert "operations" in page.evaluate(ranges, "scbm-key")
+    assert any(text.strip().startswith("#") for text in page.evaluate(ranges, "scbm-comment"))
+    expect(shown(page).locator(".line code *")).to_have_count(0)
+
+
+def test_the_head_of_a_phone_is_low_and_wide_tables_show_that_there_is_more(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/operations", viewport={"width": 390, "height": 800})
+    bar = page.locator(".bar-of-pages").bounding_box()
+    assert bar is not None
+    assert bar["y"] + bar["height"] <= 120
+    expect(page.locator("#search")).to_be_in_viewport()
+    wide = "each => [each.scrollWidth > each.clientWidth, getComputedStyle(each).backgroundImage.includes('gradient')]"
+    assert shown(page).locator(".scroll").first.evaluate(wide) == [True, True]
+    page.locator("#search").fill("pick")
+    box = page.locator("#results").bounding_box()
+    assert box is not None
+    assert box["x"] >= 0
+    assert box["x"] + box["width"] <= 390
+
+
 def test_a_line_gives_its_address(visit: Visit, before: Path) -> None:
     page = visit.open(before, "#/source")
     shown(page).locator(".gutter").filter(has_text=re.compile("^7$")).click()
@@ -339,7 +379,7 @@ def test_growth_names_the_cases_that_added_something(visit: Visit, before: Path)
 
 def test_findings_are_grouped_and_their_cases_found(visit: Visit, failing: Path, wording: Wording) -> None:
     page = visit.open(failing)
-    notice(page, "failed").get_by_role("link").click()
+    notice(page, "failed").get_by_role("link").first.click()
     expect(shown(page).locator("article")).to_have_count(2)
     finding = shown(page).locator("article[data-cause='requirement open_while_pumping']")
     expect(finding.locator("tbody tr")).to_have_count(5)
@@ -586,7 +626,7 @@ def test_a_case_over_nodes_shows_where_it_ran_and_what_happened(
     expect(shown(page).locator(".again .command code")).to_have_text(re.compile("^scbm test cell.yaml "))
     expect(shown(page).locator("[data-fact=Simulated]")).to_have_count(0)
     expect(shown(page).locator(".of-timeline svg").first).to_be_visible()
-    wording([shown(page).locator(".ran").inner_text(), shown(page).locator("h2").last.inner_text()])
+    wording([shown(page).locator(".ran").inner_text(), shown(page).locator("h2").first.inner_text()])
 
 
 def test_a_log_that_does_not_give_its_run_again_leaves_no_timeline(

@@ -6,6 +6,7 @@ counts the visits of states and not of transitions, so only states are marked as
 
 from __future__ import annotations
 
+from math import log1p
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement, tostring
@@ -19,7 +20,7 @@ from scbm.model.visible_text import counted
 from scbm.reports.figure_table import STATUS_MARKS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from scbm.cases.coverage import Figure, GrowthStep
     from scbm.model import BehaviorModel, Operation
@@ -222,6 +223,9 @@ _PLOT_X, _PLOT_END = 12.0, 97.0
 _MAX_NAMES = 12
 """Maximum number of obligations in the tooltip of a step; the page of the case lists all."""
 
+_MANY_CASES = 1_000
+"""Minimum number of cases for a logarithmic axis: the first ones add most."""
+
 _MAX_RUNS = 12
 """Maximum number of runs whose marks have names."""
 
@@ -255,9 +259,14 @@ def growth_svg(history: History) -> str:
     return written(root)
 
 
+def _share(position: float, total: int) -> float:
+    """Return the part of the axis before `position` cases; of many cases the axis is logarithmic."""
+    return log1p(position) / log1p(total) if total >= _MANY_CASES else position / total
+
+
 def _x(position: float, total: int) -> str:
     """Return the horizontal position after `position` cases."""
-    return f"{_PLOT_X + (_PLOT_END - _PLOT_X) * position / total:.3f}%"
+    return f"{_PLOT_X + (_PLOT_END - _PLOT_X) * _share(position, total):.3f}%"
 
 
 def _y(figure: Figure) -> float:
@@ -274,12 +283,22 @@ def _percents(root: Element) -> None:
 def _numbers(root: Element, total: int) -> None:
     """Add about four numbers of cases below the chart; all but the last are round."""
     y = _TOP + _PLOT_HEIGHT + 18
-    width = 10 ** (len(str(total)) - 1)
-    width = next(size for size in (width // 2, width, 2 * width) if size and total / size <= 5)  # noqa: PLR2004
-    for position in (*(p for p in range(0, total, width) if p <= total - width / 2), total):
+    for position in _round_numbers(total):
         anchor = "end" if position == total else "middle"
         add(root, "text", f"{position:,}", x=_x(position, total), y=y, text_anchor=anchor, fill=colour("muted"))
     add(root, "text", "cases", x=f"{(_PLOT_X + _PLOT_END) / 2}%", y=y + 20, text_anchor="middle", fill=colour("muted"))
+
+
+def _round_numbers(total: int) -> Iterator[int]:
+    """Yield about four round numbers of cases, powers of ten on a logarithmic axis, then the number of all cases."""
+    if total >= _MANY_CASES:
+        yield from (position for power in range(12) if (position := 10**power) <= total / 2)
+        yield total
+        return
+    width = 10 ** (len(str(total)) - 1)
+    width = next(size for size in (width // 2, width, 2 * width) if size and total / size <= 5)  # noqa: PLR2004
+    yield from (position for position in range(0, total, width) if position <= total - width / 2)
+    yield total
 
 
 def _runs(root: Element, history: History) -> None:
@@ -300,11 +319,11 @@ def _runs(root: Element, history: History) -> None:
 
 def _curve(root: Element, steps: tuple[GrowthStep, ...], total: int) -> None:
     """Add the figure as a step curve, in a nested picture that is stretched to the width of the plot."""
-    box = {"viewBox": f"0 0 {total} 1", "preserveAspectRatio": "none", "overflow": "visible"}
+    box = {"viewBox": "0 0 1 1", "preserveAspectRatio": "none", "overflow": "visible"}
     plot = add(root, "svg", x=f"{_PLOT_X}%", y=_TOP, width=f"{_PLOT_END - _PLOT_X}%", height=_PLOT_HEIGHT, **box)
     parts = ["M0 1"]
-    parts += [f"H{step.number} V{1 - step.figure.visited / step.figure.of:.5f}" for step in steps]
-    way = " ".join((*parts, f"H{total}"))
+    parts += [f"H{_share(step.number, total):.5f} V{1 - step.figure.visited / step.figure.of:.5f}" for step in steps]
+    way = " ".join((*parts, "H1"))
     add(plot, "path", d=f"{way} V1 H0 z", fill=colour("visited"), fill_opacity="0.12")
     line = add(plot, "path", d=way, fill="none", stroke=colour("visited"), stroke_width="2")
     line.set("vector-effect", "non-scaling-stroke")

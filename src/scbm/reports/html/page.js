@@ -147,9 +147,12 @@
     markNavigation(route.page);
     if (section.id === "/cases") showCases(section.querySelector(".content"), route.query);
     if (section.id === "/case") leave = showCase(section.querySelector(".content"), indexOf().get(route.name));
-    const title = section.id === "/case" ? route.name : section.dataset.title;
+    const title = section.dataset.title && section.id !== "/case" ? section.dataset.title : route.name;
     document.title = `${title} · ${document.querySelector(".name").textContent}`;
+    if (section.id === "/source") colourSource();
     if (section.id === "/source" && route.name) showLine(route.name);
+    else if (section.id === "/source" && isFirst) addEventListener("load", () => requestAnimationFrame(() => showHole(firstHole())), { once: true }); // the browser scrolls to the fragment first
+    else if (section.id === "/source" && isFollowed) showHole(firstHole());
     else if (!isFirst) begin(section);
     isFollowed = false;
   }
@@ -429,6 +432,7 @@
       if (isLeft) return;
       if (data !== null) timeline = openSteps(content, place, index, data, small ? "smallest" : "");
       else if (placeOf(index) && details().commands[index]) put("There is no timeline: another version of scbm wrote the log, and it cannot be replayed.", "log-of-another-version");
+      else if (details().commands[index]) put("There is no timeline: this report has those of the cases that its other pages name.", "no-timeline");
       else put("There is no timeline: the case was not run again for this report.", "not-run-again");
     };
     open().catch((error) => { if (!isLeft) put(`This browser cannot show the timeline: ${error.message}`, "broken-timeline"); });
@@ -571,8 +575,9 @@
     const cells = event.currentTarget;
     const box = cells.getBoundingClientRect();
     const at = (position, size, name) => Math.floor((position / size) * Number(cells.style.getPropertyValue(name)));
-    const [aspect, names] = columns().strip[at(event.clientY - box.top, box.height, "--rows")] ?? [];
-    const subject = names?.[at(event.clientX - box.left, box.width, "--columns")];
+    const aspect = columns().strip[at(event.clientY - box.top, box.height, "--rows")];
+    const subjects = columns().obligations.flatMap(([subject, of]) => (of === aspect ? [subject] : []));
+    const subject = subjects[at(event.clientX - box.left, box.width, "--columns")];
     return subject ? [subject, aspect] : null;
   }
 
@@ -589,6 +594,42 @@
   }
 
   // ---- the source
+
+  const holes = () => [...byId("/source").querySelectorAll(".line:is(.missed, .partly)")];
+  const firstHole = () => holes()[0];
+
+  /** Marks a line with something missing and scrolls to it; does nothing without one. */
+  function showHole(line) {
+    if (line) showLine(line.id.replace("/source/", ""));
+  }
+
+  /** Goes to the next or the previous line with something missing, from the marked one or that of the address. */
+  function nextHole(direction) {
+    if (shown.page !== "source") return;
+    const numberOf = (line) => Number(line?.querySelector(".no").textContent ?? 0);
+    const here = numberOf(byId("/source").querySelector(".line.target"));
+    const found = direction > 0 ? holes().find((line) => numberOf(line) > here) : holes().findLast((line) => numberOf(line) < here);
+    if (!found) return;
+    showHole(found);
+    rename(`#${found.id}`);
+    say(`Line ${numberOf(found)}`);
+  }
+
+  const TOKENS = /(?<comment>(?:^|\s)#.*$)|(?<key>^\s*-?\s*[\w.[\]<>-]+(?=\s*:(?:\s|$))|(?<=[{,]\s*)\w+(?=:\s))|(?<text>"[^"]*"|'[^']*')/g;
+
+  /** Colours comments, keys and texts of the source by highlights, which add no element to the document. */
+  const colourSource = once(() => {
+    if (!globalThis.CSS?.highlights) return;
+    for (const { line } of sourceLines()) {
+      const node = line.querySelector("code").firstChild;
+      for (const found of node?.data.matchAll(TOKENS) ?? []) {
+        const name = `scbm-${Object.keys(found.groups).find((group) => found.groups[group] !== undefined)}`;
+        if (!CSS.highlights.has(name)) CSS.highlights.set(name, new Highlight());
+        const range = new StaticRange({ startContainer: node, startOffset: found.index, endContainer: node, endOffset: found.index + found[0].length });
+        CSS.highlights.get(name).add(range);
+      }
+    }
+  });
 
   /** Hides blocks of lines without missing obligations behind buttons with their numbers; or shows all again. */
   function fold(source, isWanted) {
@@ -766,6 +807,7 @@
     "?": () => byId("help").showModal(),
     m: () => go("#/missing"), o: () => go("#/operations"), d: () => go("#/model"), s: () => go("#/source"), c: () => go("#/cases"),
     g: () => go("#/growth"), f: () => go("#/findings"),
+    j: () => nextHole(1), k: () => nextHole(-1),
     n: () => step("next"), p: () => step("previous"), h: hideCovered, t: nextTheme,
   };
 

@@ -5,6 +5,7 @@ The data about cases are columns of the list, details, and visitors of obligatio
 
 from __future__ import annotations
 
+from itertools import chain, islice
 from json import dumps
 from typing import TYPE_CHECKING, Any
 
@@ -12,18 +13,18 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from msgspec.structs import replace
 
-from scbm.cases.coverage import only_by
+from scbm.cases.coverage import growth, only_by
 from scbm.model.visible_text import counted, escaped, escaped_data
 from scbm.reports.figure_table import STATUS_MARKS
 from scbm.reports.html.cell_strip import strip_rows
 from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
-from scbm.reports.html.views import ReportView, Visitors, breakable, fragment, prose
+from scbm.reports.html.views import MAX_NAMED, ReportView, Visitors, breakable, fragment, prose
 from scbm.reports.stored_cases import again, causes_of, place_of, replay_command, sort_of_place, why_no_smallest
 from scbm.store import Written
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable, Iterator
+    from collections.abc import Callable, Container, Hashable, Iterable, Iterator
 
     from scbm.store import History, SmallestCase, StoredCase
     from scbm.testing import Execution
@@ -38,7 +39,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
     - `sets`: the visited obligations as hexadecimal digits, lowest first; digit i is for obligations 4 i to 4 i + 3;
     - `visits`, `only`: number of obligations in the figure that a case visits, and of those that no other case visits;
     - `marks`: one character for the status of each obligation;
-    - `strip`: aspect and subjects of each row in the picture of all obligations;
+    - `strip`: the aspect of each row in the picture of all obligations;
     - `visitors`: number of cases that visit each obligation;
     - `smallest`: `[index of its timeline, sizes, command, what matters]` of smallest cases, by the number of the cause;
     - `no_smallest`: why a failed case has none, by the index of the case as text;
@@ -72,7 +73,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
         "requests": [case.requests for case in cases],
         "visits": [(case.visited & counted).bit_count() for case in cases],
         "marks": [STATUS_MARKS[entry.marked] for entry in history.statuses.entries],
-        "strip": strip_rows(history.model),
+        "strip": [aspect for aspect, _ in strip_rows(history.model)],
         "visitors": [len(cases) for cases in visitors.by_bit],
         "only": [(alone & counted).bit_count() for alone in only_by(history.coverage)],
         "smallest": {
@@ -134,7 +135,7 @@ def html_report(
     """
     environment = page_environment()
     visitors = Visitors.of(history)
-    executions = _executions(history, replay, progress)
+    executions = _executions(history, _with_timelines(history, visitors), replay, progress)
     text = environment.get_template("page.html.j2").render(
         report=ReportView(history, visitors),
         growth=Markup(growth_svg(history)),  # noqa: S704 - our own SVG, in which names are escaped
@@ -178,13 +179,29 @@ def verbatim(environment: Environment, name: str) -> Markup:
     return Markup(text)  # noqa: S704 - our own file
 
 
+_MAX_TIMELINES = 1_000
+"""Maximum number of timelines; of more cases those have one that other pages name, as running all again takes long."""
+
+
+def _with_timelines(history: History, visitors: Visitors) -> frozenset[int]:
+    """Return the indices of the cases that have a timeline, those with failures and those that added first."""
+    if len(history.cases) <= _MAX_TIMELINES:
+        return frozenset(range(len(history.cases)))
+    by_label = {label: index for index, label in enumerate(history.labels)}
+    failed = (by_label[label] for cause in causes_of(history) for label in cause.labels[:MAX_NAMED])
+    added = (step.number - 1 for step in growth(history.coverage))
+    visiting = (index for cases in visitors.by_bit for index in cases[:MAX_NAMED])
+    return frozenset(islice(dict.fromkeys(chain(failed, added, visiting)), _MAX_TIMELINES))
+
+
 def _executions(
     history: History,
+    shown: Container[int],
     replay: Callable[[StoredCase], Execution | None],
     progress: Callable[[int, int], None] | None,
 ) -> Iterator[Execution | None]:
     for done, case in enumerate(history.cases, start=1):
-        yield replay(case)
+        yield replay(case) if done - 1 in shown else None
         if progress is not None:
             progress(done, len(history.cases))
     causes = causes_of(history)

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from scbm.reports.pictures import PictureEntry
     from scbm.store import History, StoredCase, StoredRun
 
-_FIRST = 5
+MAX_NAMED = 5
 """Maximum number of cases listed beside an aspect or a finding; the list of cases has all."""
 
 _UNSCRIPTED = 1000
@@ -464,7 +464,7 @@ class ReportView:
                 cause.failure.kind,
                 cause.failure.subject,
                 len(cause.messages),
-                cause.messages[:_FIRST],
+                cause.messages[:MAX_NAMED],
                 again(cause.case, self.history.source.path, self.history.runs),
                 place_of(cause.case, self.history),
             )
@@ -485,7 +485,7 @@ class ReportView:
 
     def _cell(self, obligation: Obligation) -> MatrixCell:
         cases = self._visitors.visiting(obligation)
-        first = tuple(self.history.labels[index] for index in cases[:_FIRST])
+        first = tuple(self.history.labels[index] for index in cases[:MAX_NAMED])
         return MatrixCell(obligation, len(cases), first, self._reasons.get(obligation))
 
     def _lines_of(self, operation: str) -> tuple[MarkedLine, ...]:

@@ -64,7 +64,14 @@ def test_the_last_point_and_the_text_are_the_figure_of_the_history(history: Hist
 def test_the_curve_rises_where_the_points_are_and_ends_with_the_last_case(history: History) -> None:
     root = _parsed(_visiting(history, [1, 0, 0b110, 0]))
     _, line = (str(path.get("d")) for path in root.iter(f"{SVG}path"))
-    assert line == f"M0 1 H1 V{1 - 1 / 86:.5f} H3 V{1 - 3 / 86:.5f} H4"
+    assert line == f"M0 1 H0.25000 V{1 - 1 / 86:.5f} H0.75000 V{1 - 3 / 86:.5f} H1"
+
+
+def test_the_axis_of_many_cases_is_logarithmic(history: History) -> None:
+    root = _parsed(_visiting(history, [1, 0b10, *[0] * 998]))
+    first, second = (float(str(point.get("cx")).rstrip("%")) for point in root.iter(f"{SVG}circle"))
+    assert first > 12 + 5
+    assert second > first + 4
 
 
 def test_a_point_leads_to_its_case(history: History) -> None:
@@ -116,5 +123,5 @@ def test_the_axis_has_a_few_numbers_and_the_last_case(history: History, total: i
     root = _parsed(_visiting(history, [0] * total))
     numbers = [str(text.text) for text in root.iter(f"{SVG}text") if str(text.text).replace(",", "").isdigit()]
     assert numbers[-1] == f"{total:,}"
-    assert numbers[0] == "0"
+    assert numbers[0] == ("0" if total < 1000 else "1")
     assert len(numbers) == len({*numbers}) <= 7

@@ -270,6 +270,16 @@ def test_progress_is_reported_after_each_case(before: History) -> None:
     assert progress == [(done, 20) for done in range(1, 21)]
 
 
+def test_of_many_cases_those_that_other_pages_name_are_run_again(before: History) -> None:
+    cases = tuple(replace(before.cases[i % 20], name=f"copy-{i + 1}", position=i + 1) for i in range(1_001))
+    many = replace(before, cases=cases)
+    executed: list[str] = []
+    text = html_report(many, lambda case: executed.append(case.name))
+    assert 20 <= len(executed) < 500
+    named = dict.fromkeys(re.findall(r'href="#/case/([^"/?]+)"', text))
+    assert dict.fromkeys(sorted(executed)) == dict.fromkeys(sorted(named))
+
+
 # colours
 
 
