@@ -115,7 +115,7 @@ def takes_classes(model: BehaviorModel) -> bool:
 def _walk(task: ClosingTask) -> None:
     """Follow paths through the graph of runs, and beyond it."""
     search = CaseSearch(
-        task.runs, task.tester, task.wanted, task.samples.impossible, task.limits, task.found, task.progress
+        task.runs, task.tester, task.wanted, task.samples.unreachable, task.limits, task.found, task.progress
     )
     search.run(short=task.is_short)
     _shorten(search, task.wanted, task)
@@ -154,7 +154,7 @@ def _executed(cases: Iterable[Case], task: ClosingTask) -> Iterator[Execution]:
 
 def _walk_in_open_world(task: ClosingTask) -> None:
     """Follow paths on which inputs and published values change."""
-    if not task.left & ~task.samples.impossible or not outside_groups(task.runs.model):
+    if not task.left & ~task.samples.unreachable or not outside_groups(task.runs.model):
         return
     task.progress("exploring runs in which inputs change")
     limits = task.limits
@@ -169,7 +169,7 @@ def _walk_in_open_world(task: ClosingTask) -> None:
 
 def _walk_in_sequences(task: ClosingTask) -> None:
     """Follow paths on which goals follow each other."""
-    wanted = task.left & ~task.samples.impossible
+    wanted = task.left & ~task.samples.unreachable
     if not wanted or task.runs.model.runs.goals is GoalOrder.SINGLE or task.runs.stopped is not None:
         return
     scope = replace(scope_of_proofs(task.runs.model), takes_classes=takes_classes(task.runs.model))
@@ -182,7 +182,7 @@ def _walk_naturally(runs: AllRuns, task: ClosingTask) -> None:
         raise KeyboardInterrupt
     task.open_runs.append(runs)
     missing, limits = task.left, replace(task.limits, beyond=0)
-    search = CaseSearch(runs, task.tester, missing, task.samples.impossible, limits, task.found, walks=natural_walks)
+    search = CaseSearch(runs, task.tester, missing, task.samples.unreachable, limits, task.found, walks=natural_walks)
     search.run(short=True)
     _shorten(search, missing, task)
 
@@ -235,7 +235,7 @@ def _take_other_plans(task: ClosingTask) -> None:
     """
     if task.runs.model.runs.plans is not RunPlans.DRAWN:
         return
-    missing, obligations = task.samples.wanted & ~task.samples.impossible, task.tester.obligations
+    missing, obligations = task.samples.wanted & ~task.samples.unreachable, task.tester.obligations
     before, tried = Merit.of(task.found), list[tuple[str, ...]]()
     while missing & ~before.freely:
         left = [each for each in obligations if obligations.bit(each) & missing & ~before.freely]

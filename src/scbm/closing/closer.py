@@ -9,7 +9,7 @@ from __future__ import annotations
 import gc
 import re
 from contextlib import contextmanager
-from functools import reduce
+from functools import partial, reduce
 from hashlib import sha256
 from itertools import count
 from operator import and_, or_
@@ -40,6 +40,7 @@ from scbm.closing.scripts.case_search import (
 )
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
+from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
@@ -118,7 +119,7 @@ class Closer:
         self._suggestion_states = 0
         self._takes_classes = takes_classes(model)
         self._open_runs: list[AllRuns] = []
-        self._one_case_each = self._is_partial = False
+        self._one_case_each = self._is_partial = self._has_collected = False
 
     def close(
         self,
@@ -145,13 +146,14 @@ class Closer:
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
         self._ended, self._open_runs = [], []
+        self._has_collected = False
         self._one_case_each, self._is_partial = one_case_each, wanted is not None
         proofs = Proofs(self.model)
         runs, cases = self._run_cases(suite, proofs, asked, short=one_case_each or wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
         visitors = _CaseVisits(suite, cases)
         missing = sum(self._obligations.bit(o) for o in asked if proofs.cheap(o) is None) & ~visitors.freely
-        explored = self._explored_proofs(runs, missing)
+        explored = self._explored_proofs(runs, missing, proofs)
         proofs.explored = explored
         decided = tuple(self._decide(obligation, visitors, cases, proofs, runs) for obligation in asked)
         excluded = [each.obligation for each in decided if each.decision is Decision.EXCLUDED]
@@ -182,6 +184,10 @@ class Closer:
         if not runs.starts and runs.stopped is None:
             message = "no combination of random values satisfies `initial_states`"
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
+        if runs.stopped is not None and not self.is_interrupted:
+            with self._stage(Stage.GRAPH):
+                sets = self._sets_for(proofs, search.missing)
+                search.rule_out(0 if sets is None else sets.never)
         return self._cases(suite, search, runs, asked, short=short)
 
     # stages
@@ -239,6 +245,13 @@ class Closer:
             self._interrupt(Stage.GRAPH)
             return AllRuns(self.model, limits, self._progress, explores=False)
 
+    def _sets_for(self, proofs: Proofs, missing: int) -> SetProofs | None:
+        """Return the proofs by a set of all situations; they are looked for once."""
+        if missing and not self._has_collected:
+            self._has_collected = True
+            proofs.sets = SetProofs.of(self.model, missing, self._progress)
+        return proofs.sets
+
     def _refuse_without_goals(self) -> None:
         if not self.model.goals:
             message, remedy = "the model has no goals, so there are no runs", "add `goals:` to the model"
@@ -250,7 +263,7 @@ class Closer:
         self, suite: Campaign, search: SampledCases, runs: AllRuns, asked: Sequence[Obligation], *, short: bool
     ) -> tuple[AllRuns, tuple[ClosingCase, ...]]:
         """Return the runs that were explored, and the new cases."""
-        missing, never = search.wanted, search.impossible
+        missing, never = search.wanted, search.unreachable
         planning = self._limits.planning * _PLANNED_FOR_CASES
         is_sampled = runs.stopped is not None and not runs.is_interrupted and bool(missing & ~never)
         if is_sampled:
@@ -371,7 +384,7 @@ class Closer:
             goals.append(replace(goal, expect=Expectations(verdict=End(ended.end), visits=first)))
         return case.with_goals(goals)
 
-    def _explored_proofs(self, runs: AllRuns, missing: int) -> tuple[AllRuns, ...]:
+    def _explored_proofs(self, runs: AllRuns, missing: int, proofs: Proofs) -> tuple[AllRuns, ...]:
         """Return explored runs that prove something about what is missing."""
         if runs.stopped is not None:  # where these are too many, others are, too
             return ()
@@ -381,10 +394,13 @@ class Closer:
         try:
             with self._interruption.stage():
                 bounds = None if self.is_interrupted else limits
-                found = explored_for_proofs(self.model, bounds, self._progress, missing, known)
+                by_sets = partial(self._sets_for, proofs)
+                found = explored_for_proofs(self.model, bounds, self._progress, missing, known, by_sets)
         except KeyboardInterrupt:
             self._interrupt(Stage.GRAPH)
             return explored_for_proofs(self.model, None, self._progress, missing, known)
+        if proofs.sets is not None:
+            missing &= ~proofs.sets.never
         left = reduce(and_, (each.visited | each.cut_off for each in found), missing)
         if self._takes_classes and left and not any(each.plans is self.model.runs.proved_plans for each in found):
             reason = (

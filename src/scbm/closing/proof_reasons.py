@@ -20,7 +20,7 @@ from scbm.model.json_reader import (
     read_json_object,
     read_located,
 )
-from scbm.proofcheck import RunsArgument, StructureArgument, ValuesArgument
+from scbm.proofcheck import RunsArgument, SetsArgument, StructureArgument, ValuesArgument
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,6 +41,7 @@ _ARGUMENTS = {
     StructureArgument.kind: "the text of the model excludes it",
     ValuesArgument.kind: "its variables never have values that allow it",
     RunsArgument.kind: "none of the runs that the certificate is about visits it",
+    SetsArgument.kind: "no situation in the set of the certificate leads to it",
 }
 
 

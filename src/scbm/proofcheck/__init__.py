@@ -10,6 +10,8 @@ from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from scbm.proofcheck.certificate import (
+        GOAL,
+        PHASE,
         Argument,
         Awaits,
         Certificate,
@@ -17,9 +19,13 @@ if TYPE_CHECKING:
         Fact,
         GoalRuns,
         RunsArgument,
+        SetPhase,
+        SetsArgument,
         Situation,
         StructureArgument,
         ValuesArgument,
+        predicted_name,
+        request_name,
     )
     from scbm.proofcheck.certificate_arguments import check_certificate
     from scbm.proofcheck.certificate_json import (
@@ -31,6 +37,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FORMAT_VERSION",
+    "GOAL",
+    "PHASE",
     "Argument",
     "Awaits",
     "Certificate",
@@ -38,21 +46,25 @@ __all__ = [
     "Fact",
     "GoalRuns",
     "RunsArgument",
+    "SetPhase",
+    "SetsArgument",
     "Situation",
     "StructureArgument",
     "ValuesArgument",
     "certificate_text",
     "check_certificate",
+    "predicted_name",
     "read_certificate",
     "read_certificate_file",
+    "request_name",
 ]
 
 __getattr__ = lazy_exports(
     __name__,
     {
         "certificate": (
-            "Argument Awaits Certificate CertificateFlaw Fact GoalRuns RunsArgument Situation "
-            "StructureArgument ValuesArgument"
+            "GOAL PHASE Argument Awaits Certificate CertificateFlaw Fact GoalRuns RunsArgument SetPhase SetsArgument "
+            "Situation StructureArgument ValuesArgument predicted_name request_name"
         ),
         "certificate_arguments": "check_certificate",
         "certificate_json": "FORMAT_VERSION certificate_text read_certificate read_certificate_file",

@@ -159,6 +159,62 @@ class RunsArgument(Struct, frozen=True):
     plans: PlanSet = PlanSet.CANONICAL
 
 
+PHASE, GOAL = "the phase", "the goal"
+"""The variables of what the runner does, and of the goal that it pursues, in situations of sets."""
+
+
+class SetPhase(StrEnum):
+    """What the runner does in a situation of a set."""
+
+    REST = "rest"
+    """It is at rest, and a goal can be given."""
+    OVER = "over"
+    """It is at rest after the only goal."""
+    NO_PLAN = "no plan"
+    ASKING = "asking"
+    """It waits for the planner."""
+    PLAN = "plan"
+    PLANNED = "planned"
+    """No situation of a run: the operations of a plan are listed, from the predicted state on."""
+
+
+def predicted_name(variable: str) -> str:
+    """Return the name of a variable of the state from which the rest of a plan starts, by the planner's rules."""
+    return f"predicted {variable}"
+
+
+def request_name(resource: str) -> str:
+    """Return the name of the variable that is true while a request is in flight."""
+    return f"request {resource}"
+
+
+SetNumber: TypeAlias = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
+SetNode: TypeAlias = tuple[SetNumber, ...]
+"""The number of a variable, then for each of its values the number of a set.
+
+Set 0 has no situation, set 1 has all, and set n + 2 is that of node n, which stands before this node.
+"""
+
+
+class SetsArgument(Struct, frozen=True):
+    """A set of situations that no step of a run leaves, in the midst of settling included, for any plans.
+
+    Attributes:
+        variables: the names of `set_variables`, in the order in which nodes compare them.
+        nodes: the nodes of decision diagrams over these variables.
+        reached: the number of the set.
+        dead: the number of a set of predicted states from which no plan leads to the goal.
+        goals: whether each run has one goal, or goals follow each other.
+    """
+
+    kind: ClassVar[str] = "sets"
+    variables: tuple[Word, ...]
+    nodes: tuple[SetNode, ...]
+    reached: SetNumber
+    dead: SetNumber
+    goals: GoalOrder = GoalOrder.SINGLE
+
+
 class Argument(Protocol):
     """Why no run visits the claimed obligations."""
 
@@ -188,7 +244,7 @@ class Certificate(Struct, frozen=True):
     @property
     def goals(self) -> GoalOrder:
         """The goals of the runs that the claims are about; facts and values hold for sequences of goals, too."""
-        return self.argument.goals if isinstance(self.argument, RunsArgument) else GoalOrder.SEQUENCE
+        return self.argument.goals if isinstance(self.argument, RunsArgument | SetsArgument) else GoalOrder.SEQUENCE
 
     @property
     def plans(self) -> PlanSet:

@@ -18,11 +18,13 @@ from scbm.proofcheck.certificate import (
     Awaits,
     CertificateFlaw,
     RunsArgument,
+    SetsArgument,
     StructureArgument,
     ValuesArgument,
     claimable_obligations,
 )
 from scbm.proofcheck.runs_check import check_runs
+from scbm.proofcheck.sets_check import check_sets
 from scbm.proofcheck.structure_check import check_structure
 from scbm.proofcheck.values_check import check_values
 
@@ -87,10 +89,17 @@ def _situation_text(situation: Situation, *, is_of_states: bool) -> str:
     return json.dumps(parts, ensure_ascii=False, separators=(",", ":"))
 
 
+def _write_sets(argument: SetsArgument) -> list[str]:
+    nodes = json_list(json.dumps(node, separators=(",", ":")) for node in argument.nodes)
+    names = f'"variables": {json_text(argument.variables)}'
+    return [names, f'"nodes": {nodes}', f'"reached": {argument.reached}, "dead": {argument.dead}']
+
+
 ARGUMENTS: dict[str, ArgumentFormat] = {
     StructureArgument.kind: ArgumentFormat(StructureArgument, _write_facts, check_structure),
     ValuesArgument.kind: ArgumentFormat(ValuesArgument, _write_values, check_values),
     RunsArgument.kind: ArgumentFormat(RunsArgument, _write_runs, check_runs),
+    SetsArgument.kind: ArgumentFormat(SetsArgument, _write_sets, check_sets),
 }
 """The arguments by the names that certificates give them under `argument`, the cheapest first."""
 

@@ -139,17 +139,25 @@ def initial_states(variables: Sequence[str], model: BehaviorModel) -> Iterator[d
     Raises `TooManyStepsError`.
     """
     read = model.initial_states.reads()
-    free = _free_values(model)
-    kept = [v for v in model.space if v.name in variables or v.name in read]
-    random = {v.name: free.get(v.name, v.random) for v in kept}
-    nominal = {v.name: free.get(v.name, (v.initial,)) for v in kept}
-    is_drawn = all(value in random[name] for name, values in nominal.items() for value in values)
-    for values in (random,) if is_drawn else (nominal, random):
+    for known in initial_values(model):
+        values = {name: each for name, each in known.items() if name in variables or name in read}
         # What has one value only needs no choice, and what the predicate reads is chosen before the rest.
         order = sorted(values, key=lambda name: (len(values[name]) > 1, name not in read))
         choices = {name: values[name] for name in order}
         for state in valuations(model.initial_states, choices, MAX_INITIAL_STATES):
             yield {name: state[name] for name in values}
+
+
+def initial_values(model: BehaviorModel) -> tuple[dict[str, tuple[Value, ...]], ...]:
+    """Return the values of the variables of the world in which runs begin: nominal ones, and random ones besides.
+
+    `initial_states` holds in the combinations that are allowed.
+    """
+    free = _free_values(model)
+    random = {v.name: free.get(v.name, v.random) for v in model.space}
+    nominal = {v.name: free.get(v.name, (v.initial,)) for v in model.space}
+    is_drawn = all(value in random[name] for name, values in nominal.items() for value in values)
+    return (random,) if is_drawn else (nominal, random)
 
 
 def _free_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:

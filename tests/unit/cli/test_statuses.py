@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from scbm.closing.symbolic import decision_diagrams
 from scbm.proofcheck import CertificateFlaw
 from scbm.reports.figure_table import FORCED_MARK
 from scbm.reports.formats import FORMATS
@@ -263,8 +264,9 @@ def test_a_waiver_of_what_only_a_forced_state_visits_is_in_use(lamp: Path, scbm:
 
 
 def test_closing_and_explaining_keep_a_waiver_of_what_only_a_forced_state_visits(
-    lamp: Path, scbm: Scbm, wording: Wording
+    lamp: Path, scbm: Scbm, wording: Wording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(decision_diagrams, "ENGINES", {})
     lamp.write_text(OPEN + WAIVERS.replace("failed", "disabled"))
     few = ("--max-states", "2")
     report = _json(scbm("close", lamp, *few, "--json"))

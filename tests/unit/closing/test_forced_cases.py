@@ -14,6 +14,7 @@ from scbm.cases.coverage import Decision, Obligations
 from scbm.closing import CloseLimits, Closer, Closing
 from scbm.closing.decisions import consequences_of_force, failed_cases
 from scbm.closing.scripts.closing_injections import MAX_INJECTIONS
+from scbm.closing.symbolic import decision_diagrams
 from scbm.files import read_case, read_model
 from scbm.testing import Campaign, Tester
 from support.shared_closings import shared_closing
@@ -135,7 +136,8 @@ def test_a_case_of_the_suite_that_forces_a_state_covers_nothing_by_that() -> Non
     assert not any(made.forcing for made in closing.cases)
 
 
-def test_what_is_not_proved_is_undecided_though_a_forced_state_visits_it() -> None:
+def test_what_is_not_proved_is_undecided_though_a_forced_state_visits_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decision_diagrams, "ENGINES", {})
     closing = Closer(read_model(CELL), CloseLimits(situations=2)).close()
     found = {str(d.obligation): d for d in closing.decided}
     assert (found["work/disabled"].decision, found["work/disabled"].is_forced) == (Decision.UNDECIDED, True)

@@ -9,7 +9,7 @@ may, is excluded by the planner.
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -42,6 +42,7 @@ from scbm.proofcheck import (
     Fact,
     GoalRuns,
     RunsArgument,
+    SetsArgument,
     Situation,
     StructureArgument,
     ValuesArgument,
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from scbm.closing.runs.all_runs import CloseLimits
+    from scbm.closing.symbolic.set_proofs import SetProofs
     from scbm.model import BehaviorModel, Operation, PlannerIdentity, Predicate
     from scbm.proofcheck import Argument
 
@@ -122,10 +124,12 @@ class Proofs:
 
     Attributes:
         explored: the explored runs that prove something, those of any plans first.
+        sets: the proofs by a set of all situations, once they were looked for and found.
     """
 
     def __init__(self, model: BehaviorModel) -> None:
         self.explored: tuple[AllRuns, ...] = ()
+        self.sets: SetProofs | None = None
         self._model = model
         self._facts = {obligation: (fact, reason) for obligation, fact, reason in structural_facts(model)}
         self._values = possible_values(model)
@@ -137,6 +141,8 @@ class Proofs:
             return Proof(StructureArgument.kind, self._facts[obligation][1])
         if obligation in self._ruled_out:
             return Proof(ValuesArgument.kind, self._ruled_out[obligation])
+        if self.sets is not None and self.sets.proves(obligation):
+            return Proof(SetsArgument.kind, self.sets.reason(obligation))
         return None
 
     def find(self, obligation: Obligation) -> Proof | None:
@@ -149,7 +155,8 @@ class Proofs:
     def certificates(self, proved: Sequence[tuple[Obligation, Proof]]) -> Iterator[tuple[str, Certificate]]:
         """Yield one certificate, with its name, for each argument that is needed; those of explored runs last."""
         digest = digest_of(self._model)
-        known: list[tuple[str, AllRuns | None]] = [(StructureArgument.kind, None), (ValuesArgument.kind, None)]
+        kinds = (StructureArgument.kind, ValuesArgument.kind, SetsArgument.kind)
+        known: list[tuple[str, AllRuns | None]] = [(kind, None) for kind in kinds]
         known += [(Proof(RunsArgument.kind, "", runs.plans).certificate, runs) for runs in self.explored]
         for name, runs in known:
             claims = tuple((obligation, proof) for obligation, proof in proved if proof.certificate == name)
@@ -167,6 +174,8 @@ class Proofs:
     def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
         if kind == StructureArgument.kind:
             return StructureArgument(tuple(self._facts[obligation][0] for obligation in claimed))
+        if kind == SetsArgument.kind and self.sets is not None:
+            return self.sets.argument
         return ValuesArgument(dict(self._values)) if runs is None else _runs_argument(runs)
 
 
@@ -273,17 +282,26 @@ _MAX_OF_ANY_PLANS = 100_000
 """Maximum number of situations of runs with any plans in a model with canonical plans, mostly some times as many."""
 
 
+_FEW_OF_ANY_PLANS = 10_000
+"""So many situations of runs with any plans are explored before all of them are collected in a set."""
+
+
+_FEW_PLANNED = 50_000
+"""So many states of the world are expanded to plan these few runs."""
+
+
 def scope_of_proofs(model: BehaviorModel, plans: PlanSet = PlanSet.CANONICAL) -> RunScope:
     """Return which runs proofs about a model are about."""
     return RunScope(bool(outside_groups(model)), model.runs.goals, plans)
 
 
-def explored_for_proofs(
+def explored_for_proofs(  # noqa: PLR0913, PLR0917 - what is explored, how far, and what else proves
     model: BehaviorModel,
     limits: CloseLimits | None,
     progress: Callable[[str], None],
     missing: int,
     known: Sequence[AllRuns],
+    by_sets: Callable[[int], SetProofs | None] = lambda _: None,
 ) -> tuple[AllRuns, ...]:
     """Return the explored runs that prove something about what is missing, those of any plans first.
 
@@ -293,6 +311,8 @@ def explored_for_proofs(
         progress: called with a description of each phase as it begins.
         missing: the obligations that are left to decide, as bits of `Visits`.
         known: runs that were explored before, of which some may be those of proofs.
+        by_sets: returns the proofs by a set of all situations about what is missing, if there are any. What they prove
+            is not looked for in explored runs.
 
     Raises:
         KeyboardInterrupt: the user ended the exploration.
@@ -311,13 +331,49 @@ def explored_for_proofs(
             if limits is None:
                 continue
             most = limits.situations if plans is declared else min(limits.situations, _MAX_OF_ANY_PLANS)
-            if canonical is not None and is_canonical and canonical.situations + (canonical.stopped is not None) > most:
+            least = canonical.situations + (canonical.stopped is not None) if canonical and is_canonical else 0
+            explored = partial(_explored, model, progress, scope_of_proofs(model, plans), missing)
+            bounds = replace(limits, situations=most)
+            if plans is PlanSet.ANY:
+                few = explored(_few(bounds)) if least <= _few(bounds).situations else None
+                runs = few if few is not None and few.stopped is None else None
+                missing, left = (missing, 0) if runs is not None else _without_proved(missing, few, by_sets)
+                if runs is None and (not left or (few is not None and _few(bounds) == bounds)):
+                    continue
+            if least > most:
                 continue  # canonical plans are plans: with any of them, runs can be in no fewer situations
-            scope = scope_of_proofs(model, plans)
-            runs = AllRuns(model, replace(limits, situations=most), progress, scope, until=missing)
-        if runs.is_interrupted:
-            raise KeyboardInterrupt
+            runs = runs or explored(bounds)
         if runs.proves:
             found.append(runs)
             missing &= runs.visited | runs.cut_off
     return tuple(found)
+
+
+def _explored(
+    model: BehaviorModel, progress: Callable[[str], None], scope: RunScope, missing: int, limits: CloseLimits
+) -> AllRuns:
+    runs = AllRuns(model, limits, progress, scope, until=missing)
+    if runs.is_interrupted:
+        raise KeyboardInterrupt
+    return runs
+
+
+def _few(limits: CloseLimits) -> CloseLimits:
+    """Return the limits of the runs of any plans that are explored before sets are looked for."""
+    situations, planning = min(limits.situations, _FEW_OF_ANY_PLANS), min(limits.planning, _FEW_PLANNED)
+    return replace(limits, situations=situations, planning=planning)
+
+
+def _without_proved(missing: int, few: AllRuns | None, by_sets: Callable[[int], SetProofs | None]) -> tuple[int, int]:
+    """Return what is missing without what a set proves, and what of it more runs of any plans may prove.
+
+    Args:
+        missing: the obligations that are missing, as bits.
+        few: some runs of any plans, if they were explored.
+        by_sets: returns the proofs by a set about what is missing, if there are any.
+    """
+    left = missing if few is None else missing & ~(few.visited | few.cut_off)
+    sets = by_sets(left) if left else None
+    if sets is None:
+        return missing, left
+    return missing & ~sets.never, 0 if sets.is_exact else left & ~sets.never

@@ -57,7 +57,8 @@ class SampledCases:
 
     Attributes:
         wanted: the obligations to search for, those included that are known to be uncoverable.
-        impossible: the obligations that are known to be uncoverable.
+        impossible: the obligations that are known to be uncoverable, by injections too.
+        unreachable: these, and those that are known to be uncoverable otherwise.
         found: the runs of the kept cases, in the order in which they were found.
         missing: the obligations that none of them visits.
         limit: what ended the last method before it was complete, and the option that raises the limit, if any.
@@ -82,7 +83,7 @@ class SampledCases:
         """
         self.found: list[Execution] = []
         self.wanted = missing
-        self.impossible = impossible
+        self.impossible = self.unreachable = impossible
         self.missing = missing & ~impossible
         self.limit: tuple[str, str | None] | None = None
         self._all = self.missing.bit_count()
@@ -100,6 +101,11 @@ class SampledCases:
         """The kept cases without draws, each to be changed."""
         cases = (_without_draws(base) for base in self._bases)
         return tuple(execution for case in cases if (execution := bounded(self._tester, case)) is not None)
+
+    def rule_out(self, unreachable: int) -> None:
+        """Search no longer for these obligations: no run visits them."""
+        self.unreachable |= unreachable
+        self.missing &= ~unreachable
 
     # nominal and random cases
 

@@ -16,7 +16,7 @@ from scbm.closing.decisions import SuggestionKind
 from scbm.closing.summaries import in_few_words, plan_in_words, reason_about_it
 from scbm.model import format_moment, format_value
 from scbm.model.visible_text import counted
-from scbm.proofcheck import StructureArgument, ValuesArgument
+from scbm.proofcheck import SetsArgument, StructureArgument, ValuesArgument
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
 from scbm.reports.run.event_lines import event_lines
 from scbm.reports.terminal.closing_report import ended_lines
@@ -44,6 +44,7 @@ _MAX_LISTED = 6
 _FOLLOWS_FROM = {
     StructureArgument.kind: "the model file",
     ValuesArgument.kind: "the values that transitions and replies can give the variables",
+    SetsArgument.kind: "a set of all situations that runs can be in, whichever plans are chosen",
 }
 _STYLES = {
     Decision.COVERED: "bold green",

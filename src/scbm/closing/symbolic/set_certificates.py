@@ -1,0 +1,72 @@
+"""A set as the argument of a certificate: nodes that compare values of variables, instead of bits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.proofcheck import SetsArgument
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.closing.symbolic.decision_diagrams import Diagram
+    from scbm.closing.symbolic.reached_sets import ReachedSet
+    from scbm.closing.symbolic.run_space import RunSpace
+    from scbm.model import GoalOrder
+
+
+def sets_argument(found: ReachedSet, goals: GoalOrder) -> SetsArgument:
+    """Return the argument of a set."""
+    nodes = _ValueNodes(found.space, (found.reached, found.dead))
+    reached, dead = nodes.numbers
+    return SetsArgument(tuple(found.space.variables), tuple(nodes.nodes), reached, dead, goals)
+
+
+class _ValueNodes:
+    """The nodes of some sets, each after those that it leads to.
+
+    Attributes:
+        nodes: the nodes.
+        numbers: the numbers of the sets.
+    """
+
+    def __init__(self, space: RunSpace, sets: Sequence[Diagram]) -> None:
+        self._space = space
+        self._variables = list(space.variables.values())
+        self._level_of = {bit: level for level, each in enumerate(self._variables) for bit in each.bits}
+        levels = self._levels(sets)
+        known = {space.manager.false: 0, space.manager.true: 1}
+        self.nodes: list[tuple[int, ...]] = []
+        numbers: dict[tuple[int, ...], int] = {}
+        for level in reversed(range(len(levels))):
+            for diagram, parts in levels[level].items():
+                node = (level, *(known[part] for part in parts))
+                if len(dict.fromkeys(node[1:])) == 1:
+                    known[diagram] = node[1]  # the bits differ in codes of no value
+                    continue
+                if node not in numbers:
+                    self.nodes.append(node)
+                    numbers[node] = len(self.nodes) + 1
+                known[diagram] = numbers[node]
+        self.numbers = tuple(known[each] for each in sets)
+
+    def _levels(self, sets: Sequence[Diagram]) -> list[dict[Diagram, tuple[Diagram, ...]]]:
+        """Return for each variable the sets that compare it first, each with what is left for each of its values."""
+        manager = self._space.manager
+        found: list[dict[Diagram, tuple[Diagram, ...]]] = [{} for _ in self._variables]
+        todo: list[dict[Diagram, None]] = [{} for _ in self._variables]
+
+        def add(diagram: Diagram) -> None:
+            if diagram not in (manager.false, manager.true):
+                todo[self._level_of[diagram.var]][diagram] = None
+
+        for each in sets:
+            add(each)
+        for level, variable in enumerate(self._variables):
+            cubes = [variable.code(value) for value in variable.values]
+            for diagram in todo[level]:
+                parts = tuple(manager.let(cube, diagram) for cube in cubes)
+                found[level][diagram] = parts
+                for part in parts:
+                    add(part)
+        return found

@@ -1,0 +1,136 @@
+"""Sets of situations beside all runs: what they prove is true, their certificates hold, and false ones are refused."""
+
+from __future__ import annotations
+
+from functools import cache
+from random import Random
+
+import pytest
+from msgspec.structs import replace
+
+from scbm.cases.coverage import Obligation, Obligations
+from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing.proofs.proofs import scope_of_proofs
+from scbm.closing.runs.all_runs import AllRuns
+from scbm.closing.symbolic import decision_diagrams
+from scbm.closing.symbolic.reached_sets import SetLimits
+from scbm.closing.symbolic.set_proofs import SetProofs
+from scbm.files import digest_of
+from scbm.model import BehaviorModel, PlanSet
+from scbm.proofcheck import Certificate, SetsArgument, certificate_text, check_certificate, read_certificate
+from support.enumeration import enumerate_runs
+from support.opened_models import opened
+from support.profiles import share
+from support.random_models import small_random_model
+
+_LIMITS = SetLimits(nodes=6_000, work=400_000)
+_SITUATIONS = CloseLimits(situations=6_000)
+_EVERYTHING = (1 << 10_000) - 1
+
+
+@cache
+def model_of(number: int) -> BehaviorModel:
+    """Even numbers are models in which nothing but inputs changes from outside."""
+    model = small_random_model(number)
+    return opened(model, number) if number % 2 else model
+
+
+@cache
+def sets_of(number: int) -> SetProofs | None:
+    return SetProofs.of(model_of(number), _EVERYTHING, lambda _: None, _LIMITS)
+
+
+@cache
+def all_runs_of(number: int) -> AllRuns:
+    model = model_of(number)
+    return AllRuns(model, _SITUATIONS, lambda _: None, scope_of_proofs(model, PlanSet.ANY))
+
+
+def proved_in(number: int) -> list[Obligation]:
+    sets = sets_of(number)
+    return [] if sets is None else [each for each in Obligations.of(model_of(number)) if sets.proves(each)]
+
+
+def certificate_of(number: int, claims: list[str], argument: SetsArgument) -> Certificate:
+    model = model_of(number)
+    return Certificate(model.name, digest_of(model), tuple(claims), argument)
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize("first", range(1, share(240, usual=20), 20))
+def test_no_run_visits_what_a_set_proves(first: int) -> None:
+    for number in range(first, first + 20):
+        runs = all_runs_of(number)
+        never = [str(each) for each in proved_in(number)]
+        visited = [name for name in runs.visits.obligations.names(runs.visited | runs.cut_off) if name in never]
+        assert visited == [], number
+        real = enumerate_runs(model_of(number), 500, is_open=True, is_sequence=True, plans=PlanSet.ANY)
+        assert [name for name in never if real.visits(name)] == [], number
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize("first", range(1, share(240, usual=20), 20))
+def test_certificates_of_sets_hold(first: int) -> None:
+    for number in range(first, first + 20):
+        sets, claims = sets_of(number), [str(each) for each in proved_in(number)]
+        if sets is not None and claims:
+            certificate = certificate_of(number, claims, sets.argument)
+            assert read_certificate(certificate_text(certificate)) == certificate
+            assert [str(flaw) for flaw in check_certificate(certificate, model_of(number))] == [], number
+
+
+def tampered(argument: SetsArgument, dice: Random) -> SetsArgument:
+    """The argument with one of its numbers changed: situations leave the set, or states count as dead."""
+    numbers = range(2, len(argument.nodes) + 2)
+    if dice.random() < 0.3:
+        return replace(argument, dead=dice.choice([1, *numbers]))
+    if dice.random() < 0.1:
+        return replace(argument, reached=dice.choice([0, *numbers]))
+    nodes = list(argument.nodes)
+    at = dice.randrange(len(nodes))
+    level, *following = nodes[at]
+    following[dice.randrange(len(following))] = 0
+    return replace(argument, nodes=(*nodes[:at], (level, *following), *nodes[at + 1 :]))
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize("first", range(1, share(240, usual=20), 20))
+def test_false_claims_about_sets_are_refused(first: int) -> None:
+    """Each certificate claims what a run visits. One has the set that was found, the others have been tampered with."""
+    for number in range(first, first + 20):
+        sets, runs, dice = sets_of(number), all_runs_of(number), Random(number)
+        visited = runs.visits.obligations.names(runs.visited | runs.cut_off)
+        for each in range(0 if sets is None or not visited else 5):
+            assert sets is not None
+            argument = tampered(sets.argument, dice) if each else sets.argument
+            false = certificate_of(number, [dice.choice(visited)], argument)
+            assert check_certificate(false, model_of(number)), (number, each, false.claims)
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize("number", [3, 7, 9, 16, 18, 27, 31, 32])
+def test_sets_are_equal_with_every_engine(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = sets_of(number)
+    monkeypatch.setattr(decision_diagrams, "ENGINES", {"python": decision_diagrams.ENGINES["python"]})
+    again = SetProofs.of(model_of(number), _EVERYTHING, lambda _: None, _LIMITS)
+    assert found is not None
+    assert again is not None
+    assert again.argument == found.argument
+
+
+def closing_of(number: int) -> Closing:
+    """What closing decides where a graph may have few situations."""
+    limits = CloseLimits(situations=200, planning=5_000, candidates=5, beyond=200, random=10, changes=10)
+    return Closer(model_of(number), limits).close()
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize("number", range(1, share(20, least=4)))
+def test_no_answer_is_worse_with_sets(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    with_sets = closing_of(number)
+    monkeypatch.setattr(decision_diagrams, "ENGINES", {})
+    without = closing_of(number)
+    for better, worse in zip(with_sets.decided, without.decided, strict=True):
+        if worse.decision is not Decision.UNDECIDED:
+            assert better.decision is worse.decision, better.obligation
+    assert [str(f) for _, each in with_sets.certificates for f in check_certificate(each, model_of(number))] == []

@@ -1,0 +1,179 @@
+"""The check of sets of situations: it refuses what a finder has forgotten, and sets that are none."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+import pytest
+from msgspec.structs import replace
+
+from scbm.cases.coverage import Obligations
+from scbm.closing.proofs.proofs import scope_of_proofs
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits
+from scbm.closing.symbolic.run_moves import RunMove, RunMoves
+from scbm.closing.symbolic.set_proofs import SetProofs
+from scbm.files import digest_of, read_model
+from scbm.model import BehaviorModel, PlanSet
+from scbm.proofcheck import Certificate, SetsArgument, check_certificate
+
+CELL = """
+behavior_model: cell
+variables:
+  at: {domain: [home, work], initial: home}
+  seen: {domain: [none, good, bad], initial: none, random: [none, bad]}
+  stop: {domain: bool, initial: false, source: input}
+  door: {domain: [open, closed], initial: closed}
+  count: {domain: 0..2, initial: 0, source: state}
+resources:
+  arm: {measures: [seen], shared: true}
+  belt: {}
+operations:
+  go:
+    deadline: 5 s
+    disabled_deadline: 2 s
+    pre:
+      g: at == home && arm_req_trigger == false && arm_req_state == initial
+      gr: stop == false
+      a: [arm_req_trigger <- true]
+    post:
+      g: true
+      gr: arm_req_state == succeeded
+      a: [at <- work, arm_req_trigger <- false, arm_req_state <- initial]
+    failed: {g: true, gr: seen == bad && arm_req_state == failed}
+    timedout: [arm_req_trigger <- false]
+  back:
+    pre: {g: at == work && belt_req_trigger == false, gr: door == closed, a: [belt_req_trigger <- true]}
+    post:
+      g: true
+      gr: belt_req_state == succeeded
+      a: [at <- home, belt_req_trigger <- false, belt_req_state <- initial]
+automatic_transitions:
+  belt_failed:
+    g: belt_req_state == failed && current.state == executing
+    a: [current.state <- failed, belt_req_state <- initial, belt_req_trigger <- false]
+  counted: {g: count == 0 && plan.state == completed, a: [count += 1]}
+  aborted: {g: stop == true && count == 1 && plan.state == executing, a: [plan.state <- aborted, count <- 2]}
+  over: {g: plan.state == aborted && count == 2, a: [seen <- good, count <- 0]}
+  tidy: {g: arm_req_state == failed && current.name == none, a: [arm_req_state <- initial]}
+environment:
+  open: {guard: door == closed, actions: [door <- open]}
+  close: {guard: door == open, actions: [door <- closed]}
+goals:
+  worked: at == work
+  home: at == home && seen != none
+"""
+
+PLAIN = """
+behavior_model: plain
+variables:
+  at: {domain: 0..3, initial: 0}
+  load: {domain: [none, box], initial: none}
+operations:
+  move:
+    pre: {g: at < 3}
+    post: {g: at + 1 < 4, a: [at += 1]}
+  take:
+    pre: {g: load == none && at == 2}
+    post: {g: true, a: [load <- box]}
+  drop:
+    pre: {g: load == box}
+    post: {g: true, a: [load <- none]}
+  late:
+    pre: {g: load == box, gr: at == 0}
+    post: {g: true, a: [load <- none]}
+goals:
+  taken: load == box && at == 2
+runs: {goals: single}
+"""
+
+EVERYTHING = (1 << 1_000) - 1
+
+
+def sets_of(model: BehaviorModel) -> SetProofs:
+    found = SetProofs.of(model, EVERYTHING, lambda _: None)
+    assert found is not None
+    return found
+
+
+def certificate(model: BehaviorModel, argument: SetsArgument, *claims: str) -> Certificate:
+    return Certificate(model.name, digest_of(model), claims, argument)
+
+
+def visited_in(model: BehaviorModel) -> list[str]:
+    runs = AllRuns(model, CloseLimits(), lambda _: None, scope_of_proofs(model, PlanSet.ANY))
+    assert runs.stopped is None
+    return list(runs.visits.obligations.names(runs.visited | runs.cut_off))
+
+
+@pytest.mark.parametrize("text", [PLAIN, pytest.param(CELL, marks=pytest.mark.longer)])
+def test_all_that_is_proved_is_accepted_and_nothing_else(text: str) -> None:
+    model = read_model(text)
+    sets, visited = sets_of(model), visited_in(model)
+    proved = [str(each) for each in Obligations.of(model) if sets.proves(each)]
+    assert proved
+    assert check_certificate(certificate(model, sets.argument, *proved), model) == ()
+    for name in visited:
+        assert name not in proved
+        assert check_certificate(certificate(model, sets.argument, name), model), name
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize(("text", "least"), [(CELL, 25), (PLAIN, 10)])
+def test_a_finder_that_forgets_a_step_is_noticed(text: str, least: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the set without a step proves what a run visits, the check finds that a step leads out of the set."""
+    model, every = read_model(text), RunMoves.moves
+    visited, known, refused, forgotten = visited_in(model), [len(model.operations)], 0, 0
+    while forgotten < known[-1]:
+
+        def moves(self: RunMoves, without: int = forgotten) -> Iterator[RunMove]:
+            steps = list(every(self))
+            known.append(len(steps))
+            return (step for number, step in enumerate(steps) if number != without)
+
+        monkeypatch.setattr(RunMoves, "moves", moves)
+        sets = sets_of(model)
+        false = [str(each) for each in Obligations.of(model) if sets.proves(each) and str(each) in visited]
+        if false:
+            refused += 1
+            assert check_certificate(certificate(model, sets.argument, *false), model), (forgotten, false)
+        forgotten += 1
+    assert refused >= least
+
+
+def flaws(argument: SetsArgument) -> list[str]:
+    model = read_model(PLAIN)
+    return [flaw.where for flaw in check_certificate(certificate(model, argument, "late/executing"), model)]
+
+
+def test_numbers_that_are_no_set_are_refused() -> None:
+    argument = sets_of(read_model(PLAIN)).argument
+    (level, *following), *others = argument.nodes
+    assert flaws(argument) == []
+    assert flaws(replace(argument, reached=len(argument.nodes) + 2)) == ["the sets"]
+    assert flaws(replace(argument, nodes=((99, *following), *others))) == ["node 0"]
+    assert flaws(replace(argument, nodes=((level, *following, 0), *others))) == ["node 0"]
+    assert flaws(replace(argument, nodes=((level, *[2 for _ in following]), *others))) == ["node 0"]
+    assert flaws(replace(argument, nodes=((), *others))) == ["node 0"]
+    assert flaws(replace(argument, variables=argument.variables[1:])) == ["the variables"]
+    assert flaws(replace(argument, variables=argument.variables[::-1]))[0].startswith("node")
+
+
+def test_a_set_of_another_kind_of_runs_is_refused() -> None:
+    model = read_model(CELL)
+    argument = replace(sets_of(read_model(CELL)).argument, goals=read_model(PLAIN).runs.goals)
+    assert [f.where for f in check_certificate(certificate(model, argument, "go/queued"), model)] == ["the goals"]
+
+
+def test_dead_states_are_checked() -> None:
+    model = read_model(PLAIN)
+    argument = sets_of(model).argument
+    everything = certificate(model, replace(argument, dead=1), "move/queued")
+    assert "the dead states" in [flaw.where for flaw in check_certificate(everything, model)]
+    of_the_world = certificate(model, replace(argument, dead=argument.reached), "move/queued")
+    assert [flaw.where for flaw in check_certificate(of_the_world, model)] == ["the dead states"]
+
+
+def test_without_a_solver_nothing_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pysat.solvers", None)
+    assert flaws(sets_of(read_model(PLAIN)).argument) == ["the set"]
