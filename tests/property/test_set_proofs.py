@@ -25,6 +25,11 @@ from support.random_models import small_random_model
 
 _LIMITS = SetLimits(nodes=6_000, work=400_000)
 _SITUATIONS = CloseLimits(situations=6_000)
+_STRONGER = {
+    Decision.UNDECIDED: (Decision.UNDECIDED, Decision.UNCOVERABLE, Decision.COVERED),
+    Decision.EXCLUDED: (Decision.EXCLUDED, Decision.UNCOVERABLE),
+}
+"""What sets may make of an answer: what is excluded by the planner may be proved for any plans."""
 _EVERYTHING = (1 << 10_000) - 1
 
 
@@ -108,7 +113,7 @@ def test_false_claims_about_sets_are_refused(first: int) -> None:
 
 
 @pytest.mark.longer
-@pytest.mark.parametrize("number", [3, 7, 9, 16, 18, 27, 31, 32])
+@pytest.mark.parametrize("number", [7, 18, 27, 31])
 def test_sets_are_equal_with_every_engine(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     found = sets_of(number)
     monkeypatch.setattr(decision_diagrams, "ENGINES", {"python": decision_diagrams.ENGINES["python"]})
@@ -125,12 +130,12 @@ def closing_of(number: int) -> Closing:
 
 
 @pytest.mark.longer
-@pytest.mark.parametrize("number", range(1, share(20, least=4)))
+@pytest.mark.parametrize("number", range(1, share(20, least=4, usual=4)))
 def test_no_answer_is_worse_with_sets(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     with_sets = closing_of(number)
     monkeypatch.setattr(decision_diagrams, "ENGINES", {})
     without = closing_of(number)
     for better, worse in zip(with_sets.decided, without.decided, strict=True):
-        if worse.decision is not Decision.UNDECIDED:
-            assert better.decision is worse.decision, better.obligation
+        may_become = _STRONGER.get(worse.decision, (worse.decision,))
+        assert better.decision in may_become, better.obligation
     assert [str(f) for _, each in with_sets.certificates for f in check_certificate(each, model_of(number))] == []
