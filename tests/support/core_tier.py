@@ -23,7 +23,7 @@ _CHOOSING = ("full", "update_golden", "keyword", "markexpr", "lf")
 """Options that choose tests; with one of them, `pytest` collects all tests."""
 
 SUMMARY = """\
-This was the core tier: properties, contracts, and tests that run nearly all lines of the source in little time.
+This was the core tier: properties, contracts, tests of the checker, and tests that run nearly all lines of the source.
 `pytest tests` runs all usual tests, `pytest FILE_OR_FOLDER` those of a file or a folder, `pytest --full` everything
 (see CONTRIBUTING.md, Tiers of tests)."""
 
