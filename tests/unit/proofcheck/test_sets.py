@@ -16,6 +16,8 @@ from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.files import digest_of, read_model
 from scbm.model import BehaviorModel, PlanSet
 from scbm.proofcheck import Certificate, SetsArgument, check_certificate
+from scbm.proofcheck.clauses import Clauses
+from scbm.proofcheck.set_views import SituationView, new_values
 
 CELL = """
 behavior_model: cell
@@ -177,3 +179,77 @@ def test_dead_states_are_checked() -> None:
 def test_without_a_solver_nothing_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pysat.solvers", None)
     assert flaws(sets_of(read_model(PLAIN)).argument) == ["the set"]
+
+
+SMALL = """
+behavior_model: small
+variables:
+  at: {domain: [home, work], initial: home}
+  door: {domain: [open, closed], initial: closed, source: input}
+  lamp: {domain: bool, initial: false, source: state}
+resources:
+  arm: {}
+operations:
+  go:
+    pre: {g: at == home && arm_req_trigger == false, gr: door == open, a: [arm_req_trigger <- true]}
+    post:
+      g: true
+      gr: arm_req_state == succeeded
+      a: [at <- work, arm_req_trigger <- false, arm_req_state <- initial]
+  back: {pre: {g: at == work}, post: {g: true, a: [at <- home]}}
+automatic_transitions:
+  lit: {g: go.state == initial && at == work && lamp == false, a: [lamp <- true]}
+environment:
+  open: {guard: door == closed, actions: [door <- open]}
+goals:
+  worked: at == work
+  home: at == home
+"""
+
+
+@pytest.mark.parametrize(
+    ("steps", "claim"),
+    [
+        ("_beginnings", "go/queued"),
+        ("_plans", "go/queued"),
+        ("_operation_moves", "go/executing"),
+        ("_sendings", "go/completed"),
+        ("_replies", "go/completed"),
+        ("_automatic_moves", "automatic/lit"),
+        ("_outside", "go/executing"),
+        ("_ends", "back/executing"),
+    ],
+)
+def test_a_finder_that_forgets_one_kind_of_steps_is_noticed(
+    steps: str, claim: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(RunMoves, steps, lambda *_: iter(()))
+    assert_is_false(claim)
+
+
+def test_a_finder_that_forgets_where_runs_begin_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    start = RunMoves.start
+    monkeypatch.setattr(RunMoves, "start", lambda moves: start(moves) & ~start(moves))
+    assert_is_false("go/executing")
+
+
+def assert_is_false(claim: str) -> None:
+    model = read_model(SMALL)
+    sets = sets_of(model)
+    assert claim in [str(each) for each in Obligations.of(model) if sets.proves(each)]
+    assert check_certificate(certificate(model, sets.argument, claim), model)
+
+
+def test_operations_that_are_not_current_are_initial() -> None:
+    """The set is that of a model in which nothing takes the transition, so no other step leads out of it."""
+    argument = sets_of(read_model(SMALL.replace("go.state == initial", "go.state == timedout"))).argument
+    assert check_certificate(certificate(read_model(SMALL), argument, "automatic/lit"), read_model(SMALL))
+
+
+def test_actions_that_leave_their_domain_do_not_apply() -> None:
+    model, clauses = read_model(PLAIN), Clauses()
+    literals = {v.name: new_values(v.domain.values, clauses) for v in model.running_space if not v.role.is_runner}
+    view = SituationView.of_plan(literals, model, clauses)
+    inside, _ = view.after(model.operation("move").post.a)
+    assert clauses.can_hold([inside, view.has("at", 2)])
+    assert not clauses.can_hold([inside, view.has("at", 3)])
