@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from scbm.drawing.model_changes import MakerKind, model_changes, within
 from scbm.drawing.value_groups import guards_and_goals, value_groups
-from scbm.model import Add, And, Assign, Constant, Domain, Reference
+from scbm.model import Add, And, Assign, Constant, Domain, InitialStates, Reference
 from scbm.model.normal_form import bits_of, normal_form
 from scbm.model.satisfiability import satisfiable
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from scbm.drawing.model_changes import ChangeMaker, ModelChange
     from scbm.drawing.value_groups import ValueGroup
-    from scbm.model import Action, BehaviorModel, Value, Variable
+    from scbm.model import Action, BehaviorModel, Variable
     from scbm.model.normal_form import NormalForm
 
 ANY_OTHER = -1
@@ -85,9 +85,11 @@ class ModelAutomata(Struct, frozen=True):
         read, changes = _read(model), model_changes(model)
         in_requests = dict.fromkeys(name for resource in model.resources for name in resource.request)
         carried = tuple(v.name for v in model.variables if v.name in in_requests and v.name not in read)
-        return ModelAutomata(
-            model, tuple(_VariableChanges(model, v, changes).automaton() for v in model.variables), carried
-        )
+        begin = normal_form(model.initial_states, model.space)
+        values = InitialStates(model).beginnings(is_open=True)
+        starts = [[bits_of(map(v.domain.index, each[v.name])) for v in model.space] for each in values]
+        found = [_VariableChanges(model, variable, changes) for variable in model.variables]
+        return ModelAutomata(model, tuple(each.automaton(begin, starts) for each in found), carried)
 
     @property
     def drawn(self) -> tuple[Automaton, ...]:
@@ -115,18 +117,28 @@ class _VariableChanges:
         self._variable = variable
         self._groups = value_groups(model, variable)
         self._group_of = {value: number for number, group in enumerate(self._groups) for value in group.values}
+        self._bits = [bits_of(map(variable.domain.index, group.values)) for group in self._groups]
         name = variable.name
         self._changes = [each for each in changes if each.action_on(name) is not None or each.values_given(name)]
 
-    def automaton(self) -> Automaton:
-        """Return the automaton, with one edge from any other value where all others have the same one."""
+    def automaton(self, begin: NormalForm, starts: Sequence[Sequence[int]]) -> Automaton:
+        """Return the automaton, with one edge from any other value where all others have the same one.
+
+        Args:
+            begin: the predicate that holds where runs begin.
+            starts: the values of all variables there, as bits; one of these holds.
+        """
+        place = self._space.position(self._variable.name)
+        narrowed = [[(*each[:place], each[place] & bits, *each[place + 1 :]) for each in starts] for bits in self._bits]
+        allowed = [any(s[place] and satisfiable(begin, s) is not False for s in each) for each in narrowed]
         known = {each.maker: self._steps(each) for each in self._changes if each.start is None}
         others = [edge for found in known.values() for edge in found if edge.maker.kind is not MakerKind.START]
         edges: list[ChangeEdge] = []
         for change in self._changes:
             found = known[change.maker] if change.start is None else self._at_end(change, change.start, others)
             edges += self._merged(found)
-        return Automaton(self._variable, self._groups, tuple(edges))
+        groups = (replace(each, is_allowed=known) for each, known in zip(self._groups, allowed, strict=True))
+        return Automaton(self._variable, tuple(groups), tuple(edges))
 
     def _at_end(self, change: ModelChange, start: ModelChange, others: Sequence[ChangeEdge]) -> list[ChangeEdge]:
         """Return the edges of the end of an operation, from the values that the variable can have then."""
@@ -144,7 +156,7 @@ class _VariableChanges:
                 begun[step.target] = begun.get(step.target, True) and step.is_bound
             return begun
         form = normal_form(start.guard, self._space)
-        found = {number: self._can_hold(form, group.values) for number, group in enumerate(self._groups)}
+        found = {number: self._can_hold(form, bits) for number, bits in enumerate(self._bits)}
         return {number: answer is None for number, answer in found.items() if answer is not False}
 
     def _steps(
@@ -186,22 +198,24 @@ class _VariableChanges:
 
     def _leads(self, form: NormalForm, action: Action | None, source: int, target: int, *, keeps: bool) -> bool | None:
         """Return whether a change can lead from one group to another; `None` if the search met its limit."""
-        before, after = self._groups[source].values, self._groups[target].values
-        if source == target and len(before) == 1 and not keeps:
+        before, after = self._bits[source], self._bits[target]
+        if source == target and before.bit_count() == 1 and not keeps:
             return False
         match action:
             case Add(_, amount):
-                return self._can_hold(form, [v for v in before if self._group_of.get(int(v) + amount) == target])
+                return self._can_hold(form, before & (after >> amount if amount > 0 else after << -amount))
+            case Assign(_, Reference(name)) if self._space[name].domain == self._variable.domain:
+                return self._can_hold(form, before, (name, after))
             case Assign(_, Reference(name)):
-                values = self._space[name].domain
-                return self._can_hold(form, before, (name, [value for value in after if value in values]))
+                values, domain = self._groups[target].values, self._space[name].domain
+                return self._can_hold(form, before, (name, bits_of(domain.index(v) for v in values if v in domain)))
         return self._can_hold(form, before)
 
-    def _can_hold(self, form: NormalForm, values: Sequence[Value], *others: tuple[str, Sequence[Value]]) -> bool | None:
+    def _can_hold(self, form: NormalForm, values: int, *others: tuple[str, int]) -> bool | None:
         """Return whether a condition can hold with one of some values; `None` if the search met its limit."""
         bits = [*self._space.all_values]
         for name, allowed in ((self._variable.name, values), *others):
-            bits[self._space.position(name)] &= bits_of(map(self._space[name].domain.index, allowed))
+            bits[self._space.position(name)] &= allowed
         return all(bits) and satisfiable(form, bits, _MAX_BRANCHES)
 
     def _merged(self, edges: Sequence[ChangeEdge]) -> Iterator[ChangeEdge]:

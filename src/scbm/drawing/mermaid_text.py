@@ -61,8 +61,7 @@ def _makers(each: DrawnArrow) -> Iterator[str]:
 
 def plan_text(steps: Sequence[PlannedOperation]) -> str:
     """Return a plan as a `flowchart`, with a subgraph for each lane."""
-    lanes = {step.lane: None for step in steps}
-    lines = ["flowchart LR"]
+    lanes, lines = dict.fromkeys(step.lane for step in steps), ["flowchart LR"]
     for number, lane in enumerate(lanes):
         lines.append(f'    subgraph lane{number}["{mermaid_label(lane)}"]')
         for step in (each for each in steps if each.lane == lane):

@@ -12,7 +12,20 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from scbm.cases.coverage import Aspect, Obligation
-from scbm.model import Add, And, Assign, Constant, Equal, Member, Order, Reference, Relation, RequestState, Sum, Truth
+from scbm.model import (
+    Add,
+    And,
+    Assign,
+    Constant,
+    Domain,
+    Equal,
+    Member,
+    Order,
+    Reference,
+    Relation,
+    RequestState,
+    Truth,
+)
 from scbm.model.sources import free_groups, is_triggered
 from scbm.running.compiled_steps import OperationPart
 from scbm.running.lifecycle import guard_and_actions, parts_by_end
@@ -20,7 +33,7 @@ from scbm.running.lifecycle import guard_and_actions, parts_by_end
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.model import Action, BehaviorModel, Domain, Operation, Predicate, StateSpace, Term, Value
+    from scbm.model import Action, BehaviorModel, Operation, Predicate, StateSpace, Term, Value
 
 
 class MakerKind(Enum):
@@ -144,7 +157,8 @@ def _stays_inside(action: Action, space: StateSpace) -> Iterator[Predicate]:
     domain = space[action.target].domain
     match action:
         case Add(target, amount):
-            yield from within(Sum(((1, Reference(target)), (1, Constant(amount)))), domain)
+            ends = (int(domain.values[0]) - amount, int(domain.values[-1]) - amount)
+            yield from within(Reference(target), Domain(ends))
         case Assign(_, Reference(name)):
             common = tuple(Constant(value) for value in space[name].domain.values if value in domain)
             if len(common) < len(space[name].domain):

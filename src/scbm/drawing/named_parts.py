@@ -31,10 +31,9 @@ def named_automata(automata: ModelAutomata, names: Sequence[str]) -> tuple[Autom
     """
     if not names:
         return automata.drawn
-    model = automata.model
-    variables = _instances(model, (variable.name for variable in model.variables))
-    makers = _makers(model)
-    _refuse_unknown(names, model, {**variables, **makers})
+    variables = _instances(automata.model, (variable.name for variable in automata.model.variables))
+    makers = _makers(automata.model)
+    _refuse_unknown(names, automata.model, {**variables, **makers})
     whole = dict.fromkeys(each for name in names for each in variables.get(name, ()))
     making = dict.fromkeys(each for name in names for each in makers.get(name, ()))
     found = []

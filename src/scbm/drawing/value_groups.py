@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from scbm.closing.distinguished_values import comparisons
-from scbm.model import Assign, Constant, Equal, InitialStates, Reference, ValueKind, format_value
-from scbm.model.satisfiability import is_satisfiable
+from scbm.model import Assign, Constant, Equal, Reference, ValueKind, format_value
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,7 +49,7 @@ def value_groups(model: BehaviorModel, variable: Variable) -> tuple[ValueGroup, 
     """
     values = variable.domain.values
     if len(values) <= _MAX_SINGLE:
-        return _with_beginnings([(value,) for value in values], model, variable)
+        return tuple(ValueGroup((value,)) for value in values)
     name = variable.name
     required = (predicate for each in model.requirements for predicate in each.sentence.predicates)
     compared = (leaf for predicate in (*guards_and_goals(model), *required) for leaf in comparisons(predicate))
@@ -66,20 +65,7 @@ def value_groups(model: BehaviorModel, variable: Variable) -> tuple[ValueGroup, 
         for index, kind in enumerate(kinds):
             by_kind.setdefault(kind, []).append(index)
         runs = list(by_kind.values())
-    return _with_beginnings([tuple(values[index] for index in run) for run in runs], model, variable)
-
-
-def _with_beginnings(
-    groups: Sequence[tuple[Value, ...]], model: BehaviorModel, variable: Variable
-) -> tuple[ValueGroup, ...]:
-    """Return groups of values with whether a run may begin with one of them."""
-    beginnings, name = InitialStates(model).beginnings(is_open=True), variable.name
-
-    def is_allowed(values: tuple[Value, ...]) -> bool:
-        starts = ({**each, name: [value for value in values if value in each[name]]} for each in beginnings)
-        return any(s[name] and is_satisfiable(model.initial_states, model.space, s) is not False for s in starts)
-
-    return tuple(ValueGroup(values, is_allowed(values)) for values in groups)
+    return tuple(ValueGroup(tuple(values[index] for index in run)) for run in runs)
 
 
 def guards_and_goals(model: BehaviorModel) -> Sequence[Predicate]:

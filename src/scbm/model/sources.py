@@ -234,7 +234,7 @@ class InitialStates:
         free = free_initial_values(self._model) if is_open else {}
         random = {variable.name: free.get(variable.name, variable.random) for variable in self._model.space}
         nominal = {variable.name: free.get(variable.name, (variable.initial,)) for variable in self._model.space}
-        is_drawn = all(value in random[name] for name, values in nominal.items() for value in values)
+        is_drawn = all(frozenset(values) <= frozenset(random[name]) for name, values in nominal.items())
         return (random,) if is_drawn else (random, nominal)
 
     def allowed(self, most: int) -> Iterator[State]:
