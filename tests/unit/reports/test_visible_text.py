@@ -74,7 +74,7 @@ def test_no_format_has_characters_that_act(scbm: Scbm, store: Path, tmp_path: Pa
         data = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)
         shown = strings([json.loads(each) for each in data or ([text] if name == "sarif" else [])])
         assert [each for each in shown if ACTING.search(each)] == [], name
-        escapes = ("case\\u202egnp", "case\\xe2\\x80\\xaegnp")  # the second one in commands
+        escapes = ("case\\u202egnp", "model\\xe2\\x80\\xaegnp")  # the second one in commands
         found = any(each in text + "".join(shown) for each in escapes)
         assert name not in ("html", "junit", "markdown") or found, name
 
