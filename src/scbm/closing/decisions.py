@@ -362,24 +362,28 @@ def _end_sentence(end: End, execution: Execution) -> str:
 
 
 class RequirementStatus(StrEnum):
-    """The answer of closing about a built-in requirement."""
+    """The answer of closing about a requirement."""
 
     HOLDS = "holds"
+    HOLDS_CANONICAL = "holds_canonical"
     VIOLATED = "violated"
     UNDECIDED = "undecided"
+    CASES_ONLY = "cases_only"
     OFF = "off"
 
 
 class DecidedRequirement(Struct, frozen=True):
-    """The decision about one built-in requirement.
+    """The decision about one requirement.
 
     Attributes:
         name: its name.
         status: the decision.
-        reason: in which runs it holds, how the case violates it, what ended the search, or why it is switched off.
+        reason: in which runs it holds, how the case violates it, what ended the search, why only cases judge it, or why
+            it is switched off.
         case: the name of the case that violates it; `None` if it is not violated.
         execution: the run of that case, if it is a new one.
         option: the option of `scbm close` that raises the limit that ended the search, if there is one.
+        is_built_in: whether it is a built-in requirement; one of the user may be called alike.
     """
 
     name: str
@@ -388,13 +392,19 @@ class DecidedRequirement(Struct, frozen=True):
     case: str | None = None
     execution: Execution | None = None
     option: str | None = None
+    is_built_in: bool = True
+
+    @property
+    def holds(self) -> bool:
+        """Whether it holds, perhaps under canonical plans only."""
+        return self.status in (RequirementStatus.HOLDS, RequirementStatus.HOLDS_CANONICAL)
 
 
 class RequirementDecisions(Struct, frozen=True):
-    """The decisions about all built-in requirements of a model.
+    """The decisions about all requirements of a model.
 
     Attributes:
-        decided: one decision for each, in the order of `BUILT_INS`.
+        decided: one decision for each: the built-in ones in the order of `BUILT_INS`, then those of the user.
         situations: the number of situations of runs that were explored.
         assumptions: what those that hold assume, one sentence each.
         is_interrupted: whether the user ended the search.

@@ -70,6 +70,18 @@ class ObservedRun(Protocol):
         ...
 
 
+class WatchedState(NamedTuple):
+    """What a state of a run does to what a sentence remembers of the run.
+
+    Attributes:
+        memory: what is remembered then.
+        is_violated: whether the state violates the sentence.
+    """
+
+    memory: bool
+    is_violated: bool = False
+
+
 class RequirementForm(Struct, frozen=True, metaclass=AbstractStruct):
     """A sentence that a requirement says. Its subclasses are the forms.
 
@@ -88,6 +100,18 @@ class RequirementForm(Struct, frozen=True, metaclass=AbstractStruct):
     @abstractmethod
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first violation by a run; `None` if the run satisfies the sentence."""
+
+    @property
+    def is_safety(self) -> bool:
+        """Whether `watched` decides in each state whether a run has violated the sentence."""
+        return False
+
+    def watched(self, memory: bool, truths: Sequence[bool]) -> WatchedState:  # noqa: FBT001 - of forms
+        """Return what one state does to what is remembered of a run; the truth of each of `predicates` in it is given.
+
+        What is remembered at the beginning is `False`. Only for forms with `is_safety`, and for `leads to`.
+        """
+        raise NotImplementedError
 
     @property
     def needed_to_violate(self) -> tuple[Predicate, ...]:
@@ -125,6 +149,15 @@ class Always(RequirementForm, frozen=True):
         """A state without p."""
         return (Not(self.predicate),)
 
+    @property
+    def is_safety(self) -> bool:
+        """Yes."""
+        return True
+
+    def watched(self, memory: bool, truths: Sequence[bool]) -> WatchedState:  # noqa: FBT001 - as declared
+        """Return that a state without p violates the sentence; nothing is remembered."""
+        return WatchedState(memory, not truths[0])
+
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first state in which p does not hold."""
         for state in run:
@@ -144,6 +177,15 @@ class Never(RequirementForm, frozen=True):
     def needed_to_violate(self) -> tuple[Predicate, ...]:
         """A state with p."""
         return (self.predicate,)
+
+    @property
+    def is_safety(self) -> bool:
+        """Yes."""
+        return True
+
+    def watched(self, memory: bool, truths: Sequence[bool]) -> WatchedState:  # noqa: FBT001 - as declared
+        """Return that a state with p violates the sentence; nothing is remembered."""
+        return WatchedState(memory, truths[0])
 
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first state in which p holds."""
@@ -173,6 +215,11 @@ class LeadsTo(RequirementForm, frozen=True):
     def needed_to_violate(self) -> tuple[Predicate, ...]:
         """A state with p and without q."""
         return (conjunction([self.cause, Not(self.effect)]),)
+
+    def watched(self, memory: bool, truths: Sequence[bool]) -> WatchedState:  # noqa: FBT001 - as declared
+        """Return whether q is due after a state."""
+        cause, effect = truths
+        return WatchedState(not effect and (memory or cause))
 
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the moment at which q has been due for too long."""
@@ -212,6 +259,16 @@ class Before(RequirementForm, frozen=True):
         """A state with q and without p."""
         return (conjunction([self.second, Not(self.first)]),)
 
+    @property
+    def is_safety(self) -> bool:
+        """Yes."""
+        return True
+
+    def watched(self, memory: bool, truths: Sequence[bool]) -> WatchedState:  # noqa: FBT001 - as declared
+        """Return whether p has held; until then a state with q violates the sentence."""
+        has_held = memory or truths[0]
+        return WatchedState(has_held, not has_held and truths[1])
+
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first state with q, unless p holds there or earlier."""
         for state in run:
@@ -235,6 +292,17 @@ class AfterAlways(RequirementForm, frozen=True):
     def needed_to_violate(self) -> tuple[Predicate, ...]:
         """A state with p, and one without q and r."""
         return (self.start, conjunction([Not(self.predicate), Not(self.stop)]))
+
+    @property
+    def is_safety(self) -> bool:
+        """Yes."""
+        return True
+
+    def watched(self, memory: bool, truths: Sequence[bool]) -> WatchedState:  # noqa: FBT001 - as declared
+        """Return whether the sentence is active after a state."""
+        start, predicate, stop = truths
+        is_active = (memory or start) and not stop
+        return WatchedState(is_active, is_active and not predicate)
 
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the first state without q while the requirement is active."""
@@ -276,6 +344,7 @@ class BuiltIn(StrEnum):
     READY_AGAIN = "ready_again"
     RECOVERS = "recovers"
     STOPS = "stops"
+    NON_BLOCKING = "non_blocking"
 
 
 BUILT_IN_NAMES: dict[str, str] = {
@@ -283,6 +352,7 @@ BUILT_IN_NAMES: dict[str, str] = {
     BuiltIn.READY_AGAIN.value: "a resource can be used again after its operation failed or timed out",
     BuiltIn.RECOVERS.value: "one failed or missing reply does not keep a run from its goal",
     BuiltIn.STOPS.value: "nothing is sent after an abort or the end of a run",
+    BuiltIn.NON_BLOCKING.value: "no run makes a goal unreachable for all runs after it",
 }
 """The names of all requirements that each model has unless it switches them off, each with what it says.
 

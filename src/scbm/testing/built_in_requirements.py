@@ -17,6 +17,7 @@ from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     End,
+    LivelockedAtRest,
     OperationStepped,
     PlanAsked,
     Record,
@@ -24,19 +25,21 @@ from scbm.cases.trace import (
     RequestSent,
     RunEnded,
     RunStarted,
+    ends_of,
     state_after,
 )
 from scbm.model import OperationState, Outcome, format_moment, format_value
 from scbm.model.requirements import BuiltIn
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, RequestState
 from scbm.running.lifecycle import parts_by_end
+from scbm.testing.continuations.reachable_goals import LIMIT_ENDS, ReachableGoals, UnknownReachabilityError
 from scbm.testing.request_moments import RequestMoment, find_moments
 from scbm.testing.request_protocol import RequestProtocol
 from scbm.testing.requirement_monitors import Violation
 from scbm.testing.verdicts import goal_runs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from scbm.cases import Case
     from scbm.model import BehaviorModel, LiftedOrigin, Operation, Resource, Value
@@ -53,6 +56,7 @@ class JudgedRun(Struct, frozen=True, dict=True):
         outcomes: what came of it.
         rules: the excuses that the model gives for missed goals.
         until: the number of records before the first forced state.
+        reachable: answers which goals can be reached after the run.
     """
 
     model: BehaviorModel
@@ -61,6 +65,7 @@ class JudgedRun(Struct, frozen=True, dict=True):
     outcomes: Outcomes
     rules: ExcuseRules
     until: int
+    reachable: ReachableGoals
 
     @property
     def records(self) -> Sequence[Record]:
@@ -100,15 +105,24 @@ class BuiltInRequirement(ABC):
         name: its name.
         violated: when a run violates it, for the documentation.
         is_explained_by_others: whether it is not reported beside a violation of another one, as that is the reason.
+        needs_requests: whether it is about models that send requests only.
     """
 
     name: ClassVar[str]
     violated: ClassVar[str]
     is_explained_by_others: ClassVar[bool] = False
+    needs_requests: ClassVar[bool] = True
 
     @abstractmethod
     def first_violation(self, run: JudgedRun) -> Violation | None:
-        """Return the first violation by a run; `None` if the run satisfies the requirement."""
+        """Return the first violation by a run; `None` if the run satisfies the requirement.
+
+        Raises `NotJudgedError`.
+        """
+
+
+class NotJudgedError(Exception):
+    """A search was too long, so it is unknown whether a run violates a requirement."""
 
 
 class NoOrphan(BuiltInRequirement):
@@ -277,13 +291,81 @@ class Stops(BuiltInRequirement):
         return None
 
 
+class NonBlocking(BuiltInRequirement):
+    """What plain runs leave open, no run closes."""
+
+    name = BuiltIn.NON_BLOCKING
+    violated = (
+        "after the run no run can reach a goal any more that can be reached after all plain runs, or that "
+        "`reachable_again` lists, whatever changes from outside"
+    )
+    needs_requests = False
+
+    def first_violation(self, run: JudgedRun) -> Violation | None:
+        """Return the end of a run after which goals cannot be reached any more."""
+        if not _is_history(run):
+            return None
+        state = state_after(run.records)
+        try:
+            lost = run.reachable.lost_after(state)
+        except UnknownReachabilityError as error:
+            raise NotJudgedError from error
+        if lost is None:
+            return None
+        goals = f"the goal {lost.goals[0]}" if len(lost.goals) == 1 else f"the goals {_listed(lost.goals)}"
+        reason = f"after this run no run can reach {goals} any more, {_latch_words(lost.latch, state)}"
+        last = len(run.records) - 1
+        begins = max((_last_change(run.records, name) for name in lost.latch), default=last)
+        return run.violation(self.name, last, reason, lost.latch, begins)
+
+
+def _is_history(run: JudgedRun) -> bool:
+    """Return whether a run is a history of the model: no limit, force or other goal made it what it is."""
+    goals, ends = dict(run.model.goals), [End(end.end) for end in ends_of(run.records)]
+    is_of_model = all(goals.get(goal.name) == goal.predicate for goal in run.case.goals)
+    is_cut_off = any(end in LIMIT_ENDS for end in ends)
+    is_stuck = any(isinstance(record, LivelockedAtRest) for record in run.records)  # that fails the case by itself
+    is_free = run.until == len(run.records)
+    return run.reachable.are_judged and is_of_model and is_free and not is_cut_off and not is_stuck
+
+
+def _listed(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _latch_words(latch: Sequence[str], state: Mapping[str, Value]) -> str:
+    if not latch:
+        return "whatever follows; no variable that keeps its value explains this alone"
+    kept = " and ".join(f"{name} == {format_value(state[name])}" for name in latch)
+    return f"as nothing that can follow changes {kept}: let a transition reset {' and '.join(latch)}"
+
+
+def _last_change(records: Sequence[Record], name: str) -> int:
+    """Return the index of the last record that changed a variable; 0 if none did."""
+    changing = (i for i, record in enumerate(records) if any(name == changed for changed, _ in record.changes))
+    return max(changing, default=0)
+
+
 BUILT_INS: dict[str, BuiltInRequirement] = {
     BuiltIn.NO_ORPHAN: NoOrphan(),
     BuiltIn.READY_AGAIN: ReadyAgain(),
     BuiltIn.RECOVERS: Recovers(),
     BuiltIn.STOPS: Stops(),
+    BuiltIn.NON_BLOCKING: NonBlocking(),
 }
 """The built-in requirements by name. Violations are reported in this order, after those of the model's own."""
+
+
+class JudgedBuiltIns(NamedTuple):
+    """The judgement of a run by the built-in requirements.
+
+    Attributes:
+        violations: the first violation of each requirement that the run violates.
+        unknown: the names of the requirements that were not judged, as a search was too long.
+    """
+
+    violations: tuple[Violation, ...]
+    unknown: tuple[str, ...] = ()
 
 
 class BuiltInJudge:
@@ -294,10 +376,14 @@ class BuiltInJudge:
         self._rules = rules
         self._protocol = RequestProtocol(model)
         off = [name for name, _ in model.requirements_off]
+        self._reachable = ReachableGoals(model)
         has_requests = bool(model.resources)
-        self._judged = [each for name, each in BUILT_INS.items() if has_requests and name not in off]
+        self._judged = [
+            each for name, each in BUILT_INS.items() if name not in off and (has_requests or not each.needs_requests)
+        ]
+        self._judged.sort(key=lambda each: each.is_explained_by_others)
 
-    def find_violations(self, case: Case, outcomes: Outcomes, forced_by: int | None) -> tuple[Violation, ...]:
+    def find_violations(self, case: Case, outcomes: Outcomes, forced_by: int | None) -> JudgedBuiltIns:
         """Return the first violation of each requirement that a run violates.
 
         Args:
@@ -306,13 +392,20 @@ class BuiltInJudge:
             forced_by: the index of the first record of a forced state; `None` if there is none.
         """
         until = len(outcomes.records) if forced_by is None else forced_by
-        run = JudgedRun(self._model, self._protocol, case, outcomes, self._rules, until)
+        run = JudgedRun(self._model, self._protocol, case, outcomes, self._rules, until, self._reachable)
         found: list[Violation] = []
+        unknown: list[str] = []
         for each in self._judged:
-            violation = None if found and each.is_explained_by_others else each.first_violation(run)
+            if found and each.is_explained_by_others:
+                continue
+            try:
+                violation = each.first_violation(run)
+            except NotJudgedError:
+                unknown.append(str(each.name))
+                continue
             if violation is not None:
                 found.append(violation)
-        return tuple(found)
+        return JudgedBuiltIns(tuple(found), tuple(unknown))
 
 
 _WRITTEN = ", an instance of "

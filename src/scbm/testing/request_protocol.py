@@ -98,6 +98,8 @@ class RequestProtocol:
         value = state[resource.request_state]
         if value not in (RequestState.SUCCEEDED.value, RequestState.FAILED.value):
             return True
+        if resource in self._of_automatic_transitions:
+            return self._may_ever_be_reset(resource, state)
         initial = RequestState.INITIAL.value
         return (
             any(self._can_start(operation, resource, value) for operation in self._model.operations)
@@ -106,9 +108,40 @@ class RequestProtocol:
         )
 
     def uses(self, operation: Operation) -> tuple[Resource, ...]:
-        """Return the resources that an operation sends requests to, or whose requests it reads or assigns."""
+        """Return the resources that an operation sends requests to, or whose requests it reads or assigns.
+
+        Resources that only automatic transitions use belong to each operation.
+        """
+        own = self._used_by(operation)
+        return tuple(r for r in self._model.resources if r in own or r in self._of_automatic_transitions)
+
+    def _used_by(self, operation: Operation) -> tuple[Resource, ...]:
         named = dict.fromkeys((*_reads(operation), *(action.target for action in _actions(operation))))
         return tuple(r for r in self._model.resources if r.trigger in named or r.request_state in named)
+
+    @cached_property
+    def _of_automatic_transitions(self) -> tuple[Resource, ...]:
+        """The resources to which automatic transitions send requests, and which no operation uses."""
+        used = [resource for operation in self._model.operations for resource in self._used_by(operation)]
+        automatic = self._model.automatic_transitions
+        sent_to = (r for r in self._model.resources if any(sets(each.running_actions, r) for each in automatic))
+        return tuple(resource for resource in sent_to if resource not in used)
+
+    def _may_ever_be_reset(self, resource: Resource, state: Mapping[str, Value]) -> bool:
+        """Return whether an automatic transition may reset a request state at any time, or none sends requests again.
+
+        Other than for the resources of operations, it may do so while an operation executes.
+        """
+        space = self._model.running_space
+        values = {variable.name: variable.domain.values for variable in space if variable.role.is_runner}
+        values |= self._values_after(state, self._model.actions)
+        known = values | {resource.request_state: (state[resource.request_state],)}
+        automatic = self._model.automatic_transitions
+        resets = (each for each in automatic if assigns(each.running_actions, resource.request_state))
+        senders = (each for each in automatic if sets(each.running_actions, resource))
+        return any(self._is_possible(each.running_guard, known) for each in resets) or not any(
+            self._is_possible(each.running_guard, values) for each in senders
+        )
 
     def _is_handed_over(self, operation: Operation, resource: Resource) -> bool:
         """Return whether another part of the model is there to end what an operation has triggered."""

@@ -93,6 +93,7 @@ class Execution(PartlyCompared, frozen=True):
         notes: what a reader of the run should know, one sentence each: changes at other times than rates allow, and on
             a mutant the changes that were left out.
         excluded: over nodes the values that drivers sent and the model excludes.
+        unjudged: the built-in requirements that were not judged, as a search was too long.
     """
 
     case: Case
@@ -110,6 +111,7 @@ class Execution(PartlyCompared, frozen=True):
     model: BehaviorModel | None = None
     notes: tuple[str, ...] = ()
     excluded: tuple[ExcludedValue, ...] = ()
+    unjudged: tuple[str, ...] = ()
     uncompared = ("model",)
 
     def __repr__(self) -> str:
@@ -321,7 +323,8 @@ class Tester:
         real = log.real if log else ()
         forced_by = self._forced_by(case, log, run.records)
         outcomes = Outcomes(run.end, run.records, reactions, violations, names, real, by_goal)
-        violations += self._built_ins.find_violations(case, outcomes, forced_by)
+        built_in = self._built_ins.find_violations(case, outcomes, forced_by)
+        violations += built_in.violations
         outcomes = replace(outcomes, violations=violations)
         trace = Trace(self.model.name, case.name, run.records, planner or self._planner_of(case, log))
         verdict = judge(case, outcomes, self._excuses)
@@ -350,6 +353,7 @@ class Tester:
                 *silent_outside(case, outcomes, verdict, self._excuses),
             ),
             self._excluded(log, run.records),
+            built_in.unknown,
         )
 
     def _excluded(self, log: EventLog | None, records: Sequence[Record]) -> tuple[ExcludedValue, ...]:

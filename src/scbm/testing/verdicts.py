@@ -36,8 +36,8 @@ from scbm.model import GoalOrder, OperationState, format_duration, format_moment
 from scbm.model.requirements import BuiltIn
 from scbm.model.sources import inputs, published_by
 from scbm.running import describe_cycle
+from scbm.testing.continuations.waiting_runs import WAITING_ENDS, OutsideHelp, WaitingRuns
 from scbm.testing.request_faults import requests_at_fault
-from scbm.testing.waiting_runs import WAITING_ENDS, OutsideHelp, WaitingRuns
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

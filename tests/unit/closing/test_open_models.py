@@ -45,6 +45,7 @@ automatic_transitions:
     g: [scanner_req_state == executing, scanner_req_trigger == false, current.name == none, door == closed]
     a: [door <- open]
 goals: {done: done == true}
+requirements_off: {non_blocking: the stop stays pressed}
 """
 
 

@@ -340,8 +340,8 @@ def test_a_real_resource_fails_without_the_tester() -> None:
     done = _execute(model, Outcome.FAIL)
     judge = BuiltInJudge(model, ExcuseRules.of(model))
     simulated = Outcomes(done.verdict.end, done.trace.records, done.reactions, (), ())
-    assert [v.requirement for v in judge.find_violations(done.case, simulated, None)] == ["recovers"]
-    assert not judge.find_violations(done.case, replace(simulated, real=("scan",)), None)
+    assert [v.requirement for v in judge.find_violations(done.case, simulated, None).violations] == ["recovers"]
+    assert not judge.find_violations(done.case, replace(simulated, real=("scan",)), None).violations
 
 
 def test_forced_states_do_not_count() -> None:

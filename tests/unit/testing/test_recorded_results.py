@@ -41,6 +41,7 @@ goals:
   there: at == box
   home: at == home
 may_end: [aborted]
+requirements_off: {non_blocking: a full counter ends the work}
 """
 MODEL = read_model(CELL)
 

@@ -9,8 +9,9 @@ from scbm.cases import Case, CaseGoal, OutcomeRule
 from scbm.cases.trace import End, state_after
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Outcome
-from scbm.testing import Excuse, RandomCases, Tester, waiting_runs
-from scbm.testing.waiting_runs import OutsideHelp
+from scbm.testing import Excuse, RandomCases, Tester
+from scbm.testing.continuations import waiting_runs
+from scbm.testing.continuations.waiting_runs import OutsideHelp
 
 ACKNOWLEDGED = """
 behavior_model: acknowledge
@@ -77,6 +78,7 @@ def test_a_full_counter_that_no_guard_reads_keeps_a_person_from_helping() -> Non
     for domain, failed in (("0..1", ["recovers"]), ("0..2", [])):
         counter = f"variables:\n  pushes: {{domain: {domain}, initial: 1}}\n"
         model = read_model(full.replace("variables:\n", counter))
+        model = replace(model, requirements_off=(("non_blocking", "a full counter"),))
         assert failures(model, plain(model)) == failed
 
 
@@ -166,7 +168,7 @@ def test_a_run_that_gives_up_has_not_waited() -> None:
 def test_a_search_that_is_too_long_leaves_the_answer_open(
     most: int, expected: OutsideHelp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(waiting_runs, "_MOST_SITUATIONS", most)
+    monkeypatch.setattr(waiting_runs, "MOST_SITUATIONS", most)
     model = read_model(UNRELATED.replace(*STOP))
     done = Tester(model).execute(replace(plain(model), outcomes=MISSING))
     state = state_after(done.trace.records[:-2])
@@ -213,7 +215,7 @@ def test_another_user_of_a_shared_resource_is_a_change_from_outside() -> None:
 
 
 def test_a_mutant_without_an_operation_is_judged_in_the_world_of_its_model() -> None:
-    model = read_model(ACKNOWLEDGED)
+    model = replace(read_model(ACKNOWLEDGED), requirements_off=(("non_blocking", "the mutant lacks its remedy"),))
     mutant = replace(model, operations=model.operations[:1])
     execution = Tester(model).of_mutant(mutant, plans_alike=False).execute(plain(model))
     assert [failure.subject for failure in execution.verdict.failures] == []

@@ -10,7 +10,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.trace import End
-from scbm.closing.requirements.request_monitor import ViolatingWalk
+from scbm.closing.requirements.violation_search import ViolatingWalk
 from scbm.closing.runs.walks import path_along
 from scbm.model import Assign, Constant, GoalOrder, OperationState
 from scbm.model.requirements import BuiltIn
@@ -18,10 +18,10 @@ from scbm.model.variables import CURRENT_STATE
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.running.lifecycle import timer_ns
 from scbm.running.untimed.situations import PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind, NoteKind
+from scbm.testing.continuations.waiting_runs import OutsideHelp
 from scbm.testing.request_faults import RequestFate, is_at_fault
 from scbm.testing.request_protocol import sets
 from scbm.testing.verdicts import ExcuseRules
-from scbm.testing.waiting_runs import OutsideHelp
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -122,8 +122,8 @@ class RecoverySearch:
         if missed.edge is not None:
             edges.append(missed.edge)
         lost = missed.place.missing
-        resource = None if lost == _NONE else self._model.resources[lost].name
-        return ViolatingWalk(BuiltIn.RECOVERS.value, path_along(missed.graph, edges), resource)
+        resources = () if lost == _NONE else (self._model.resources[lost].name,)
+        return ViolatingWalk(BuiltIn.RECOVERS.value, path_along(missed.graph, edges), resources)
 
     # the runs
 

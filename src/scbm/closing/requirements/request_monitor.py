@@ -7,20 +7,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from scbm.closing.runs.walks import path_along
-from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
 from scbm.model import OperationState, RequestState
 from scbm.model.requirements import BuiltIn
-from scbm.planning.engines.breadth_first import BreadthFirst
-from scbm.running.untimed.situations import PLAN_LIMIT, NoteKind, RunNote
+from scbm.running.untimed.situations import NoteKind, RunNote
 from scbm.testing.request_protocol import RequestProtocol
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from scbm.closing.runs.all_runs import AllRuns
-    from scbm.closing.runs.run_graph import Edge, RunGraph
-    from scbm.closing.runs.walks import RunPath
     from scbm.model import BehaviorModel, Resource
     from scbm.running import Program
 
@@ -57,9 +51,11 @@ class RequestMonitor:
 
     Attributes:
         judges: the names of the requirements that it is about.
+        start: what is remembered before the first step.
     """
 
     judges: ClassVar[tuple[str, ...]] = (BuiltIn.NO_ORPHAN.value, BuiltIn.READY_AGAIN.value, BuiltIn.STOPS.value)
+    start: ClassVar[RequestMemory] = RequestMemory()
 
     def __init__(self, model: BehaviorModel, program: Program) -> None:
         self._program = program
@@ -70,21 +66,20 @@ class RequestMonitor:
         self._judged: dict[tuple[RequestMemory, tuple[RunNote, ...]], tuple[StepJudgement, ...]] = {}
         self._orphans: dict[tuple[int, str, int], bool] = {}
 
-    def after(self, memory: RequestMemory, notes: tuple[RunNote, ...], state: int) -> StepJudgement:
-        """Return what a step does.
+    def judged(
+        self, memory: RequestMemory, notes: tuple[RunNote, ...], state: int | None, *, is_cut_off: bool
+    ) -> Iterator[StepJudgement]:
+        """Yield what a step may do; what a limit cuts off may have been judged or not.
 
         Args:
             memory: what was remembered before it.
             notes: the notes about it.
-            state: the packed state after it.
+            state: the packed state after it; `None` if no situation follows.
+            is_cut_off: whether a limit of plans ends the run on the way.
         """
-        *_, last = self._after_each(memory, notes)
-        return last._replace(memory=self._still_true(last.memory, state))
-
-    def cut_off(self, memory: RequestMemory, notes: tuple[RunNote, ...], state: int) -> Iterator[StepJudgement]:
-        """Yield what a step may have done when a limit of plans ended the run on the way."""
-        for each in self._after_each(memory, notes)[:-1]:
-            yield each._replace(memory=self._still_true(each.memory, state))
+        *cut_offs, last = self._after_each(memory, notes)
+        for each in cut_offs if is_cut_off else (last,):
+            yield each._replace(memory=self._still_true(each.memory, state or 0))
 
     def _after_each(self, memory: RequestMemory, notes: tuple[RunNote, ...]) -> tuple[StepJudgement, ...]:
         """Return what was done until each note about a limit, and what the whole step does."""
@@ -151,93 +146,3 @@ class RequestMonitor:
 
 def _memory(owners: dict[int, str], went_wrong: str) -> RequestMemory:
     return RequestMemory(tuple(sorted(owners.items())), went_wrong)
-
-
-_NOTHING = RequestMemory()
-
-
-class ViolatingWalk(NamedTuple):
-    """A walk that should violate a requirement.
-
-    Attributes:
-        requirement: the name of the requirement.
-        path: the walk.
-        missing: the resource whose last request gets no reply; `None` if there is none.
-    """
-
-    requirement: str
-    path: RunPath
-    missing: str | None = None
-
-
-class RequestSearch:
-    """Searches all runs of a model for violations of what `RequestMonitor` judges."""
-
-    def __init__(self, runs: AllRuns, monitor: RequestMonitor, most: int) -> None:
-        """Search for nothing yet.
-
-        Args:
-            runs: the runs; their edges have notes.
-            monitor: the judge.
-            most: the maximum number of situations, each beside what is remembered in it.
-        """
-        self._runs = runs
-        self._monitor = monitor
-        self._most = most
-        self.is_complete = runs.stopped is None
-
-    def violated(self) -> tuple[str, ...]:
-        """Return the names of the requirements that runs violate; `is_complete` says whether these are all."""
-        found: dict[str, None] = {}
-        left = self._most
-        for graph in self._runs.graphs:
-
-            def successors(place: tuple[int, RequestMemory], graph: RunGraph = graph) -> Iterator[_Step]:
-                node, memory = place
-                for edge in graph.edges(node):
-                    for judged in self._judged(graph, edge, memory):
-                        found.update(dict.fromkeys(judged.violated))
-                        if edge.target >= 0:
-                            yield edge, (edge.target, judged.memory)
-
-            search = BreadthFirst(((0, _NOTHING),), successors)
-            search.expand(left)
-            self.is_complete = self.is_complete and not search.frontier
-            left = max(0, left - search.expanded)
-        return tuple(found)
-
-    def walks(self, names: tuple[str, ...]) -> Iterator[ViolatingWalk]:
-        """Yield walks that violate these requirements, for each graph the shortest ones first."""
-        for cuts_short in (False, True):
-            for graph in self._runs.graphs:
-                yield from self._walks_in(graph, names, cuts_short=cuts_short)
-
-    def _walks_in(self, graph: RunGraph, names: tuple[str, ...], *, cuts_short: bool) -> Iterator[ViolatingWalk]:
-        found: list[tuple[str, tuple[int, RequestMemory], Edge]] = []
-
-        def successors(place: tuple[int, RequestMemory]) -> Iterator[_Step]:
-            for edge, goes_on in shown_edges(graph, place[0], WalkKind(cuts_short=cuts_short)):
-                for judged in self._judged(graph, edge, place[1]):
-                    found.extend((name, place, edge) for name in judged.violated if name in names)
-                    if goes_on:
-                        yield edge, (edge.target, judged.memory)
-
-        search = BreadthFirst(((0, _NOTHING),), successors)
-        while search.frontier and search.expanded < self._most:
-            search.expand(search.expanded + 1)
-            for name, place, edge in found:
-                yield ViolatingWalk(name, path_along(graph, [*search.actions_to(place), edge]))
-            found.clear()
-
-    def _judged(self, graph: RunGraph, edge: Edge, memory: RequestMemory) -> Iterator[StepJudgement]:
-        """Yield what a step may do; what a limit cuts off may have been judged or not."""
-        notes = graph.notes(edge.number)
-        state = graph.positions[edge.target - 1].state if edge.target >= 0 else 0
-        if graph.label(edge.number) is PLAN_LIMIT:
-            yield from self._monitor.cut_off(memory, notes, state)
-        else:
-            yield self._monitor.after(memory, notes, state)
-
-
-if TYPE_CHECKING:
-    _Step = tuple[Edge, tuple[int, RequestMemory]]

@@ -1,16 +1,14 @@
-"""Decides the built-in requirements of a model in all its runs (decision 53).
+"""Decides the requirements of a model in all its runs: the built-in ones, and those of the user (decisions 53, 67).
 
 The graph of all runs decides where it is complete. What it finds violated counts only once a case shows it.
 """
 
 from __future__ import annotations
 
-from itertools import islice
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from scbm.cases import Expectations
 from scbm.cases.coverage import Decision
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.closing.decisions import (
@@ -20,43 +18,39 @@ from scbm.closing.decisions import (
 )
 from scbm.closing.interruption import Interruption
 from scbm.closing.proofs.proofs import scope_of_proofs
+from scbm.closing.requirements.blocking_search import BlockingSearch
 from scbm.closing.requirements.recovery_search import RecoverySearch
-from scbm.closing.requirements.request_monitor import RequestMonitor, RequestSearch
+from scbm.closing.requirements.request_monitor import RequestMonitor
+from scbm.closing.requirements.sentence_decisions import SentenceDecisions, why_incomplete
+from scbm.closing.requirements.violating_cases import RequirementKey, ViolatingCases, failure_of
+from scbm.closing.requirements.violation_search import ViolationSearch
 from scbm.closing.runs.all_runs import AllRuns
-from scbm.closing.scripts.case_scripts import CaseScripts
-from scbm.closing.scripts.case_search import bounded
-from scbm.model import InputError, Outcome, PlanSet
+from scbm.model import GoalOrder, PlanSet
 from scbm.model.requirements import BuiltIn
-from scbm.planning import PlanCache
-from scbm.testing import RandomCases, Shrinker, Tester
 from scbm.testing.built_in_requirements import BUILT_INS
-from scbm.testing.shrinking.shrinker import UnshrinkableError
-from scbm.testing.verdicts import FailureKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from scbm.cases import Case, OutcomeRule
     from scbm.closing.decisions import Closing
     from scbm.closing.requirements.recovery_search import MissedGoal
-    from scbm.closing.requirements.request_monitor import ViolatingWalk
     from scbm.closing.runs.all_runs import CloseLimits, RunScope
-    from scbm.model import BehaviorModel
-    from scbm.testing import Campaign, Execution
-    from scbm.testing.verdicts import Failure
+    from scbm.model import BehaviorModel, Requirement
+    from scbm.testing import Campaign
 
-_SEED = 1
-_BESIDE = 4
-"""A situation may occur beside so many memories of requests, on average; more count as incomplete."""
+BESIDE = 4
+"""A situation may occur beside so many memories of runs, on average; more count as incomplete."""
 
 _NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
 _UNKNOWN_HELP = "a run waits, and the search was too long whether a change from outside leads it to its goal"
 _INTERRUPTED = "closing was interrupted"
 _IN_TIME = "recovers: a reply that comes is as fast as in the simulation, and no limit of time or plans ends the run."
+_NO_LIMITS = "non_blocking: no limit of time or plans ends a run before."
+_SINGLE_GOALS = "each run has one goal, so nothing follows it"
 
 
 class RequirementCloser:
-    """Decides the built-in requirements of one model."""
+    """Decides the requirements of one model."""
 
     def __init__(
         self,
@@ -64,6 +58,7 @@ class RequirementCloser:
         limits: CloseLimits,
         progress: Callable[[str], None],
         interruption: Interruption | None = None,
+        extra: Sequence[Requirement] = (),
     ) -> None:
         """Prepare the search.
 
@@ -72,18 +67,18 @@ class RequirementCloser:
             limits: the limits of exploration and search.
             progress: called with what is being decided, with counts.
             interruption: the handling of Ctrl-C, if the caller handles it.
+            extra: requirements beside those of the model.
         """
         self._model = model
         self._limits = limits
         self._interruption = interruption or Interruption()
         self._progress = self._interruption.checked(progress)
-        self._tester = Tester(model)
-        self._found: dict[str, Execution] = {}
-        self._written: list[str] = []
+        self._cases = ViolatingCases(model, extra, limits.candidates, self._progress)
+        self._sentences = SentenceDecisions((*model.requirements, *extra), self._cases, limits, self._explored)
         self._open: dict[str, tuple[str, str | None]] = {}
         self._situations = 0
-        self._is_any_waiting = self._is_any_livelocked = False
-        self._is_interrupted = False
+        self._is_any_waiting = self._is_any_livelocked = self._is_interrupted = False
+        self._blocks_under_other_plans = False
 
     def decide(self, suite: Campaign, closing: Closing) -> RequirementDecisions:
         """Return the decisions.
@@ -92,110 +87,118 @@ class RequirementCloser:
             suite: the executed suite.
             closing: the result of closing the obligations; its cases may violate requirements already.
         """
-        off = dict(self._model.requirements_off)
+        off = dict(self._not_judged())
         asked = [name for name in map(str, BUILT_INS) if name not in off]
         names = [case for case, _ in closing.after.cases]
         try:
-            if asked and self._model.resources:
-                with self._interruption.stage():
-                    self._look_in_cases(suite, closing, asked)
-                    self._follow_runs(asked)
+            with self._interruption.stage():
+                self._cases.look_in(suite, closing)
+                self._follow_runs(asked)
         except KeyboardInterrupt:
             self._is_interrupted = True
             for name in asked:
                 self._open.setdefault(name, (_INTERRUPTED, None))
-        decided = tuple(self._decided(name, off, names) for name in map(str, BUILT_INS))
-        holds = any(each.status is RequirementStatus.HOLDS for each in decided) and bool(self._model.resources)
-        assumed = tuple(self._assumptions()) if holds else ()
-        return RequirementDecisions(decided, self._situations, assumed, self._is_interrupted)
+            self._sentences.interrupt(_INTERRUPTED)
+        decided = [self._decided(name, off, names) for name in map(str, BUILT_INS)]
+        decided += self._sentences.decided(names)
+        holds = any(each.holds for each in decided) and self._situations > 0
+        assumed = tuple(self._assumptions(asked)) if holds else ()
+        return RequirementDecisions(tuple(decided), self._situations, assumed, self._is_interrupted)
 
-    # what is known already
-
-    def _look_in_cases(self, suite: Campaign, closing: Closing, asked: Sequence[str]) -> None:
-        """Keep the first run of the suite or of a new case that violates a requirement.
-
-        A case from a file shows the violation as it is: closing writes no other one.
-        """
-        for cause in suite.summary.causes:
-            failure = cause.failures[0]
-            if failure.kind is FailureKind.BUILT_IN and failure.subject in asked:
-                execution = self._tester.execute(suite.source.case(cause.positions[0]))
-                self._keep(execution)
-                if execution.case.origin is None:
-                    self._written.append(execution.case.name)
-        for made in closing.cases:
-            self._keep(made.execution)
-
-    def _keep(self, execution: Execution | None) -> None:
-        """Keep a run for each built-in requirement that it violates, unless another one is known."""
-        if execution is not None:
-            for violation in execution.violations:
-                if violation.is_built_in:
-                    self._found.setdefault(violation.requirement, execution)
+    def _not_judged(self) -> Iterator[tuple[str, str]]:
+        """Yield the built-in requirements that are not decided, each with the reason."""
+        yield from self._model.requirements_off
+        if self._model.runs.goals is GoalOrder.SINGLE:
+            yield BuiltIn.NON_BLOCKING.value, _SINGLE_GOALS
 
     # all runs
 
     def _follow_runs(self, asked: Sequence[str]) -> None:
         scope = replace(scope_of_proofs(self._model, self._model.runs.proved_plans), keeps_notes=True)
-        closed = replace(scope, is_open=False)
-        if any(name in asked for name in RequestMonitor.judges):
+        scope = replace(scope, watched=self._sentences.watched_together)
+        judges = [name for name in RequestMonitor.judges if name in asked and self._model.resources]
+        runs = None
+        if judges or scope.watched or BuiltIn.NON_BLOCKING.value in asked:
             runs = self._explored(scope)
-            self._judge_requests(runs, [name for name in RequestMonitor.judges if name in asked])
-        else:
-            runs = self._explored(closed)
-        if BuiltIn.RECOVERS.value in asked:
-            self._judge_recovery(runs if runs.scope == closed else self._explored(closed))
-        known = (*RequestMonitor.judges, BuiltIn.RECOVERS.value)
+            self._judge_requests(runs, judges)
+            self._sentences.decide(runs)
+            if BuiltIn.NON_BLOCKING.value in asked:
+                self._judge_blocking(runs)
+        if BuiltIn.RECOVERS.value in asked and self._model.resources:
+            is_closed = runs is not None and not scope.is_open
+            closed = replace(scope, is_open=False, watched=())
+            self._judge_recovery(runs if is_closed and runs is not None else self._explored(closed))
+        known = (*RequestMonitor.judges, BuiltIn.RECOVERS.value, BuiltIn.NON_BLOCKING.value)
         for name in asked:
             if name not in known:
                 self._open[name] = ("only verdicts of cases decide it", None)
 
-    def _explored(self, scope: RunScope) -> AllRuns:
-        runs = AllRuns(self._model, self._limits, self._progress, scope)
+    def _explored(self, scope: RunScope, limits: CloseLimits | None = None) -> AllRuns:
+        runs = AllRuns(self._model, limits or self._limits, self._progress, scope)
         if runs.is_interrupted:
             raise KeyboardInterrupt
         self._situations += runs.situations
         return runs
 
     def _judge_requests(self, runs: AllRuns, asked: Sequence[str]) -> None:
+        if not asked:
+            return
         self._progress("following the requests of all runs")
         monitor = RequestMonitor(self._model, runs.program)
-        search = RequestSearch(runs, monitor, _BESIDE * self._limits.situations)
+        search = ViolationSearch(runs, monitor, BESIDE * self._limits.situations)
         violated = [name for name in search.violated() if name in asked]
         for name in asked:
             if name in violated:
                 self._open[name] = (_NOT_SHOWN, None)
             elif not search.is_complete:
-                self._open[name] = _why_incomplete(runs)
-        wanted = tuple(name for name in violated if name not in self._found)
+                self._open[name] = why_incomplete(runs)
+        wanted = [key for name in violated if (key := RequirementKey(name, is_built_in=True)) not in self._cases]
         if wanted:
             shown = self._with_canonical_plans(runs)
-            search = RequestSearch(shown, monitor, _BESIDE * self._limits.situations)
-            self._try_walks(shown, search.walks(wanted), wanted)
-            self._try_random(wanted)
+            search = ViolationSearch(shown, monitor, BESIDE * self._limits.situations)
+            self._cases.try_walks(shown, search.walks(tuple(key.name for key in wanted)), wanted)
+            self._cases.try_random(wanted)
 
     def _judge_recovery(self, runs: AllRuns) -> None:
         self._progress("following the runs with one failed or missing reply")
         name = BuiltIn.RECOVERS.value
-        search = RecoverySearch(runs, _BESIDE * self._limits.situations)
+        key = RequirementKey(name, is_built_in=True)
+        search = RecoverySearch(runs, BESIDE * self._limits.situations)
         missed = search.missed()
         if missed:
             self._open[name] = (_why_missed(missed), None)
         elif not search.is_complete:
-            self._open[name] = _why_incomplete(runs)
+            self._open[name] = why_incomplete(runs)
         elif search.is_any_unknown:
             self._open[name] = (_UNKNOWN_HELP, None)
         self._is_any_waiting, self._is_any_livelocked = search.is_any_waiting, search.is_any_livelocked
-        if missed and name not in self._found:
+        if missed and key not in self._cases:
             shown = self._with_canonical_plans(runs)
             if shown is not runs:
-                search = RecoverySearch(shown, _BESIDE * self._limits.situations)
+                search = RecoverySearch(shown, BESIDE * self._limits.situations)
                 missed = search.missed()
-            self._try_walks(shown, map(search.walk, missed), (name,))
-            self._try_random((name,))
-            others = [each.value for each in (BuiltIn.NO_ORPHAN, BuiltIn.READY_AGAIN) if each.value in self._found]
+            self._cases.try_walks(shown, map(search.walk, missed), (key,))
+            self._cases.try_random((key,))
+            others = [each.value for each in _HIDING if RequirementKey(each.value, is_built_in=True) in self._cases]
             if others:  # a run that violates these is not judged by `recovers`
                 self._open[name] = (f"after one fault a run may miss its goal; repair {others[0]} first", None)
+
+    def _judge_blocking(self, runs: AllRuns) -> None:
+        self._progress("following what runs leave behind")
+        name = BuiltIn.NON_BLOCKING.value
+        key = RequirementKey(name, is_built_in=True)
+        canonical = self._with_canonical_plans(runs)
+        if canonical.stopped is not None:
+            self._open[name] = why_incomplete(canonical)
+            return
+        search = BlockingSearch(canonical)
+        if search.blocked:
+            self._open[name] = (_NOT_SHOWN, None)
+            if key not in self._cases:
+                self._cases.try_walks(canonical, search.walks(), (key,))
+                self._cases.try_random((key,))
+        else:
+            self._blocks_under_other_plans = not self._sentences.leaves_behind_no_more(search.rests, canonical)
 
     def _with_canonical_plans(self, runs: AllRuns) -> AllRuns:
         """Return the runs that cases can follow: those of cases have canonical plans."""
@@ -203,53 +206,26 @@ class RequirementCloser:
             return runs
         return self._explored(replace(runs.scope, plans=PlanSet.CANONICAL))
 
-    # cases
-
-    def _try_walks(self, runs: AllRuns, walks: Iterator[ViolatingWalk], names: Sequence[str]) -> None:
-        """Run cases that follow walks until one violates each requirement."""
-        scripts = CaseScripts(self._model, runs.program, PlanCache(runs.planner))
-        tried = dict.fromkeys(names, 0)
-        for walk in walks:
-            if all(name in self._found or tried[name] >= self._limits.candidates for name in names):
-                return
-            if walk.requirement not in self._found and tried[walk.requirement] < self._limits.candidates:
-                tried[walk.requirement] += 1
-                self._keep(bounded(self._tester, scripts.case(walk.path, walk.requirement, walk.missing)))
-
-    def _try_random(self, names: Sequence[str]) -> None:
-        """Run random cases until one violates each requirement."""
-        if self._tester.planner.entry.is_external or all(name in self._found for name in names):
-            return
-        try:
-            for case in islice(self._random_cases(), self._limits.candidates):
-                self._keep(bounded(self._tester, case))
-        except InputError:
-            return  # no combination of random values is allowed
-
-    def _random_cases(self) -> Iterator[Case]:
-        random = RandomCases(self._model)
-        yield from (random.case(_SEED, number) for number in range(1, self._limits.candidates + 1))
-
     # decisions
 
     def _decided(self, name: str, off: dict[str, str], taken: list[str]) -> DecidedRequirement:
+        key = RequirementKey(name, is_built_in=True)
         if name in off:
             return DecidedRequirement(name, RequirementStatus.OFF, off[name])
-        if name in self._found:
-            execution = self._found[name]
-            is_written = execution.case.name in self._written
-            if not is_written:
-                execution = self._shrunk(name, execution, taken)
-            made = None if is_written else execution
-            reason = str(_failure(name, execution))
+        if key in self._cases:
+            execution, is_new = self._cases.smallest(key, taken)
+            made = execution if is_new else None
+            reason = str(failure_of(key, execution))
             return DecidedRequirement(name, RequirementStatus.VIOLATED, reason, execution.case.name, made)
         if name in self._open:
             reason, option = self._open[name]
             return DecidedRequirement(name, RequirementStatus.UNDECIDED, reason, option=option)
+        if name == BuiltIn.NON_BLOCKING.value and self._blocks_under_other_plans:
+            return DecidedRequirement(name, RequirementStatus.HOLDS_CANONICAL, "in all runs")
         return DecidedRequirement(name, RequirementStatus.HOLDS, self._where(name))
 
     def _where(self, name: str) -> str:
-        if not self._model.resources:
+        if not self._model.resources and name != BuiltIn.NON_BLOCKING.value:
             return "in all runs, as they send no requests"
         if name == BuiltIn.RECOVERS.value and (self._is_any_waiting or self._is_any_livelocked):
             parts = (
@@ -262,57 +238,17 @@ class RequirementCloser:
             return "in all runs in which nothing changes from outside"
         return "in all runs"
 
-    def _shrunk(self, name: str, execution: Execution, taken: list[str]) -> Execution:
-        """Return a small case that violates a requirement, run, under a new name."""
-        number = 1
-        while f"{name}-{number}" in taken:
-            number += 1
-        taken.append(f"{name}-{number}")
-        self._progress(f"making a case small that violates {name}")
-        execution = self._without_delays(name, execution)
-        failure = _failure(name, execution)
-        try:
-            return Shrinker(self._tester).shrink(execution, failure, taken[-1]).execution
-        except UnshrinkableError:
-            return self._tester.execute(replace(execution.case, name=taken[-1]))
-
-    def _without_delays(self, name: str, execution: Execution) -> Execution:
-        """Return a run in which late replies are missing, if it violates the requirement; else the run as it is.
-
-        A missed goal is excused after a missing reply, and not after a late one.
-        """
-        case = execution.case
-        rules = tuple(
-            replace(rule, outcome=Outcome.TIMEOUT, latency_ns=None) if _is_late(rule) else rule
-            for rule in case.outcomes
-        )
-        plain = case.with_goals([replace(goal, expect=Expectations()) for goal in case.goals])
-        other = bounded(self._tester, replace(plain, outcomes=rules))
-        if other is None or all(violation.requirement != name for violation in other.violations):
-            return execution
-        return other
-
-    def _assumptions(self) -> Iterator[str]:
-        planner = self._tester.planner.name
+    def _assumptions(self, asked: Sequence[str]) -> Iterator[str]:
+        planner = self._cases.tester.planner.name
         yield from assumptions(self._model, (Decision.EXCLUDED,), planner=planner)
-        if BuiltIn.RECOVERS.value not in dict(self._model.requirements_off):
+        if BuiltIn.RECOVERS.value in asked and self._model.resources:
             yield _IN_TIME
+        if BuiltIn.NON_BLOCKING.value in asked:
+            yield _NO_LIMITS
 
 
-def _is_late(rule: OutcomeRule) -> bool:
-    """Return whether a rule makes successful replies come at another time, and says no more about them."""
-    return rule.outcome in (None, Outcome.SUCCEED) and rule.latency_ns is not None and not rule.measured
-
-
-def _failure(name: str, execution: Execution) -> Failure:
-    failures = execution.verdict.failures
-    return next(each for each in failures if each.kind is FailureKind.BUILT_IN and each.subject == name)
-
-
-def _why_incomplete(runs: AllRuns) -> tuple[str, str | None]:
-    if runs.stopped is not None:
-        return f"not all runs were explored: {runs.stopped}", runs.option
-    return "not all runs were explored: too many differ in their earlier requests", "--max-states"
+_HIDING = (BuiltIn.NO_ORPHAN, BuiltIn.READY_AGAIN, BuiltIn.NON_BLOCKING)
+"""Requirements whose violations name the reason of a missed goal, so that `recovers` is not violated, too."""
 
 
 def _why_missed(missed: Sequence[MissedGoal]) -> str:

@@ -21,6 +21,7 @@ from scbm.running.untimed.rest_visits import MOST_RESTS
 from scbm.running.untimed.run_answers import SATISFICING_SHARE, RunAnswers
 from scbm.running.untimed.run_steps import RunSteps
 from scbm.running.untimed.situations import TooManyRepliesError, TooManyRestsError, Visits
+from scbm.running.untimed.watched_steps import WatchedSteps
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -68,6 +69,8 @@ class RunScope(Struct, frozen=True):
         takes_classes: whether what changes freely takes one value of each class that guards and goals distinguish; then
             the runs lead to cases, and prove nothing.
         keeps_notes: whether edges have notes about what happens to operations and requests.
+        watched: the predicates whose truth in each state is noted, too. Then a runner at rest is a situation also after
+            the runs of single goals.
     """
 
     is_open: bool = False
@@ -76,6 +79,7 @@ class RunScope(Struct, frozen=True):
     keeps_all: bool = False
     keeps_notes: bool = False
     takes_classes: bool = False
+    watched: tuple[Predicate, ...] = ()
 
 
 class AllRuns:
@@ -131,7 +135,8 @@ class AllRuns:
             self.program.give(classes)
         self.goals, self.plans = scope.goals, scope.plans
         self.planner = Planner.of(model) if scope.plans is PlanSet.CANONICAL else Planner(model)
-        self.relevance = Relevance(model, self.program.packing, keeps_all=scope.keeps_all)
+        watched = dict.fromkeys(name for predicate in scope.watched for name in predicate.reads())
+        self.relevance = Relevance(model, self.program.packing, also=watched, keeps_all=scope.keeps_all)
         self.visits = Visits(model)
         self._canonical_queues = CanonicalQueues(operation.name for operation in model.operations)
         self._queues: dict[Predicate, PlanQueues] = {}
@@ -229,7 +234,7 @@ class AllRuns:
             progress(which)
             steps = self.steps(goal)
             count = _Counted(which, left, progress).count
-            graph = explore_runs(((name, goal),), [steps], self.starts, left, count, until=self._until)
+            graph = explore_runs(((name, goal),), [steps], self.starts, left, count, until=self._until, is_single=True)
             self.graphs = (*self.graphs, graph)
             self._observe(steps)
             left -= len(graph.positions)
@@ -272,8 +277,9 @@ class AllRuns:
 
     def steps(self, goal: Predicate, number: int = 0) -> RunSteps:
         """Return the steps of the runs for a goal, which has this number where goals follow each other."""
-        kind = NotedSteps if self.scope.keeps_notes else RunSteps
-        return kind(
+        watched = self.scope.watched
+        kind = WatchedSteps if watched else NotedSteps if self.scope.keeps_notes else RunSteps
+        steps = kind(
             self.program,
             self.relevance,
             self.visits,
@@ -282,8 +288,9 @@ class AllRuns:
             self.queues(goal),
             number=number,
             is_open=self.scope.is_open,
-            is_sequence=self.goals is GoalOrder.SEQUENCE,
+            is_sequence=self.goals is GoalOrder.SEQUENCE or bool(watched),
         )
+        return steps.watch([self.program.test(each) for each in watched]) if isinstance(steps, WatchedSteps) else steps
 
     def queues(self, goal: Predicate) -> PlanQueues:
         """Return what is left of plans to a goal whose steps were asked for."""

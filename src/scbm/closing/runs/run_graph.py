@@ -20,6 +20,8 @@ from scbm.model import InitialStates
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.running.untimed.situations import (
     ANSWER,
+    NO_GOAL,
+    NO_MORE_GOALS,
     PLAN_LIMIT,
     Happening,
     HappeningKind,
@@ -147,6 +149,7 @@ def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
     progress: Callable[[int], None] | None = None,
     *,
     until: int = 0,
+    is_single: bool = False,
 ) -> RunGraph:
     """Explore all runs for goals breadth-first, so that a limit cuts off the most distant positions.
 
@@ -157,8 +160,9 @@ def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
         most: the maximum number of positions.
         progress: called at intervals with the number of positions.
         until: bits of visits; the exploration ends when it has visited all of them. 0 for no such end.
+        is_single: whether no goal is given after the end of a run.
     """
-    exploration = _RunExploration(steps, most, progress, until=until)
+    exploration = _RunExploration(steps, most, progress, until=until, is_single=is_single)
     return exploration.explore(goals, starts)
 
 
@@ -166,7 +170,7 @@ def steps_from(steps: Sequence[RunSteps], position: Position) -> Iterator[tuple[
     """Yield each event that is possible in a position, with its successor; `steps` are those of each goal."""
     if position.is_at_rest:
         yield from steps[0].at_rest(position)
-        for number, each in enumerate(steps):
+        for number, each in enumerate(steps if position.goal == NO_GOAL else ()):
             yield Happening(HappeningKind.GOAL, number=number), each.begin(position.state)
         return
     pursued = steps[position.goal]
@@ -194,12 +198,15 @@ class _RunExploration:
         progress: Callable[[int], None] | None,
         *,
         until: int,
+        is_single: bool,
     ) -> None:
         self._steps = steps
+        self._is_single = is_single
         self._until = until
         self._left = until
         self._progress = progress
         self._starts: Sequence[Start] = ()
+        self._rest_goal = NO_GOAL
         self._most = most
         self._nodes: dict[Position, int] = {}
         self._positions: list[Position] = []
@@ -269,6 +276,8 @@ class _RunExploration:
     def _record(self, node: int, label: Happening | Start, step: RunStep, found: list[tuple[int, int]]) -> None:
         """Record the edges of a step, mostly one, and add the number and the target of each that ends no run."""
         number = len(self._targets)
+        is_begun = node > 0 and (not _is_outside(label) or self._positions[node - 1].goal != NO_GOAL)
+        self._rest_goal = NO_MORE_GOALS if self._is_single and is_begun else NO_GOAL
         notes = self._known_notes.setdefault(step.notes, step.notes) if step.notes else ()
         self._add(label, step.visits, step.target, step.rests[:1], notes, found)
         if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
@@ -292,7 +301,7 @@ class _RunExploration:
     ) -> None:
         """Record an edge; its target is -1 if the run ends, or there are too many positions."""
         if rests:
-            position = self._steps[0].rest(rests[0])
+            position = self._steps[0].rest(rests[0], self._rest_goal)
         target = -1
         if position is not None:
             target = self._nodes.get(position, 0)
@@ -309,6 +318,10 @@ class _RunExploration:
         self._visits.append(self._known.setdefault(visits, visits))
         self._labels.append(label)
         self._notes.append(notes)
+
+
+def _is_outside(label: Happening | Start) -> bool:
+    return isinstance(label, Happening) and label.kind is HappeningKind.OUTSIDE
 
 
 def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[int]:

@@ -105,21 +105,21 @@ class CaseScripts:
         self.plain = {resource.name: plain.react(resource) for resource in model.resources}
         self.plainly_failed = {each.name: plainly_measured(each, Outcome.FAIL) or () for each in model.resources}
 
-    def case(self, path: RunPath, name: str, missing: str | None = None) -> Case:
+    def case(self, path: RunPath, name: str, missing: Iterable[str] = ()) -> Case:
         """Return the case whose runs follow this path, with default behavior after it.
 
         Args:
             path: the path.
             name: the name of the case.
-            missing: a resource whose request is in flight at the end of the path, and gets no reply.
+            missing: the resources whose requests are in flight at the end of the path, and get no reply.
         """
         run = _ScriptedRun(self, path)
         run.follow()
         while run.needs_again:  # with a time limit or a time for plans that was not known before
             run = _ScriptedRun(self, path, run.ends_ns, run.planning_ns)
             run.follow()
-        if missing is not None:
-            run.lose_reply(missing)
+        for resource in missing:
+            run.lose_reply(resource)
         initial = State(self.model.space, dict(path.start.values))
         goals = _goals(path)
         first = goals[0]

@@ -16,6 +16,7 @@ from scbm.files.codec.key_types import (
     NamesType,
     ScalarOrMappingType,
     ScalarType,
+    names_type,
     predicate_type,
 )
 from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
@@ -226,6 +227,12 @@ def _read_reason(reader: ValueReader, node: YamlNode, text: str) -> str | None:
     return TEXT.reader(reader, node, text)
 
 
+def _read_goal_names(_: ValueReader, node: YamlNode) -> tuple[tuple[str, Place], ...]:
+    """Return the names in a list with their places; they are compared once the goals are known."""
+    return tuple((element.text, element.place) for element in node.elements if element.text is not None)
+
+
+_GOAL_NAMES = names_type("list of goals", _read_goal_names)
 _REASON = ScalarType("text", "a text", TEXT.json, _read_reason)
 _REQUIREMENTS_OFF = RequirementsOffType(_REASON, "name → reason", in_flow=lambda written: len(written) == 1)
 
@@ -289,6 +296,11 @@ class ModelKeys(Keys):
         f"Built-in requirements that do not hold, each with the reason: `{'`, `'.join(BUILT_IN_NAMES)}`.",
         default=(),
     )
+    reachable_again = DefaultKey(
+        _GOAL_NAMES,
+        "Goals that every run leaves reachable, also where plain runs do not.",
+        default=(),
+    )
     planner = Key(
         _PLANNER,
         "The planner of runs and tests, by its name or as a mapping with limits; `--planner` overrides it.",
@@ -331,6 +343,7 @@ class ModelKeys(Keys):
             goals_may_end=tuple((entry.name, entry.value.may_end) for entry in self.goals if entry.value.may_end),
             runs=RunsDeclaration() if self.runs is None else self.runs.declaration(),
             requirements_off=tuple(self._switched_off()),
+            reachable_again=tuple(self._goals_to_reach_again()),
             origins=tuple(self._origins()),
         )
         self._refuse_false_sources(model)
@@ -368,6 +381,23 @@ class ModelKeys(Keys):
                 self.reader.add(Slug.UNKNOWN_WORD, message, entry.place, remedy)
             elif entry.value is not None:
                 yield entry.name, entry.value
+
+    def _goals_to_reach_again(self) -> Iterator[str]:
+        """Yield the goals of `reachable_again`; note unknown and repeated ones, and where no goal follows another."""
+        names, seen = [entry.name for entry in self.goals], dict[str, None]()
+        for name, place in self.reachable_again:
+            if name not in names:
+                self.reader.add(
+                    Slug.UNKNOWN_GOAL, f"there is no goal `{name}`", place, suggestion(name, names, "the goals are")
+                )
+            elif name in seen:
+                self.reader.add(Slug.DUPLICATE_VALUE, f"`{name}` is listed twice", place)
+            else:
+                seen[name] = None
+                yield name
+        if self.reachable_again and self.runs is not None and self.runs.declaration().goals is GoalOrder.SINGLE:
+            message = "`reachable_again` needs goals that follow each other, and the model says `goals: single`"
+            self.reader.add(Slug.CONTRADICTION, message, self.place("reachable_again"), "leave out one of them")
 
     def _refuse_drawn_plans(self, model: BehaviorModel) -> None:
         """Note plans that are drawn from all shortest ones where the planner knows no lengths of shortest plans."""

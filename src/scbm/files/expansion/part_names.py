@@ -51,7 +51,7 @@ _TEXT_KEYS = (
 )
 """Keys under which names stand, as texts or as keys; under all others are values, times and words."""
 
-_PLAIN_KEYS = ("may_end",)
+_PLAIN_KEYS = ("may_end", "reachable_again")
 """Keys under which no names stand, wherever they are."""
 
 _TOKEN = re.compile(r"(?<!\w)(?!(?:min|max)\s*\()[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)

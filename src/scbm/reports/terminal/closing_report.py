@@ -25,6 +25,7 @@ from scbm.closing.advice.suggestions import grouped
 from scbm.closing.decisions import RequirementStatus
 from scbm.closing.summaries import aspects_in_words, in_few_words, reason_about_it
 from scbm.model import format_moment
+from scbm.model.requirements import BUILT_IN_NAMES
 from scbm.model.visible_text import counted, shown_path
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
 from scbm.reports.status_lines import lifted_lines, waiver_warnings
@@ -311,6 +312,8 @@ def _group_lines(
 
 _STATUS_STYLES = {
     RequirementStatus.HOLDS: "",
+    RequirementStatus.HOLDS_CANONICAL: "",
+    RequirementStatus.CASES_ONLY: "yellow",
     RequirementStatus.VIOLATED: "red",
     RequirementStatus.UNDECIDED: "bold red",
     RequirementStatus.OFF: "dim",
@@ -321,7 +324,7 @@ def _requirements(closing: Closing, columns: int) -> Iterator[Text]:
     found = closing.requirements
     if found is None:
         return
-    yield from _head("Built-in requirements")
+    yield from _head("Requirements" if len(found.decided) > len(BUILT_IN_NAMES) else "Built-in requirements")
     width = max(len(each.name) for each in found.decided)
     for each in found.decided:
         lines = wrap(_status_words(each), columns - width - 4, break_long_words=False, break_on_hyphens=False)
@@ -341,6 +344,10 @@ def _status_words(decided: DecidedRequirement) -> str:
     match decided.status:
         case RequirementStatus.HOLDS:
             return f"holds {decided.reason}"
+        case RequirementStatus.HOLDS_CANONICAL:
+            return f"holds under canonical plans {decided.reason}"
+        case RequirementStatus.CASES_ONLY:
+            return f"judged by cases: {decided.reason}"
         case RequirementStatus.VIOLATED:
             return f"violated by {decided.case}"
         case RequirementStatus.UNDECIDED | RequirementStatus.OFF:

@@ -142,7 +142,7 @@ class SettlingRun(Struct):
         return RunStep(target, self.visits | visits, self.cut_off, rests, self.cut_off_rests)
 
 
-class _RunEnd(NamedTuple):
+class RunEnding(NamedTuple):
     """The end of a run.
 
     Attributes:
@@ -154,7 +154,7 @@ class _RunEnd(NamedTuple):
     rests: tuple[int, ...] = ()
 
 
-_NOTHING_FOLLOWS = _RunEnd(0)
+_NOTHING_FOLLOWS = RunEnding(0)
 
 
 class RunSteps:
@@ -219,8 +219,8 @@ class RunSteps:
         self._questions: dict[int, _PlanQuestion] = {}
         self._answered_steps: dict[int, RunStep] = {}
         self._rest_visits = RestVisits(self._outside, self._idle)
-        self._after_ends: dict[int, _RunEnd] = {}
-        self._ends: dict[PlanState, dict[int | tuple[int, ...], _RunEnd]] = {state: {} for state in PlanState}
+        self._after_ends: dict[int, RunEnding] = {}
+        self._ends: dict[PlanState, dict[int | tuple[int, ...], RunEnding]] = {state: {} for state in PlanState}
 
     @property
     def asked(self) -> Sequence[int]:
@@ -237,9 +237,9 @@ class RunSteps:
         lines = tuple(self._program.requests[number] for number in in_flight)
         return self._settle(SettlingRun(state & self._kept, 0, lines, goal=self._number))
 
-    def rest(self, state: int) -> Position:
+    def rest(self, state: int, goal: int = NO_GOAL) -> Position:
         """Return the position of a runner at rest in a packed state, in which it is settled."""
-        return Position(state & self._kept, 0, (), WaitsFor.NOTHING, NO_GOAL)
+        return Position(state & self._kept, 0, (), WaitsFor.NOTHING, goal)
 
     def start(self, state: int) -> RunStep:
         """Return the step in which the runner starts in a packed state: it settles without a goal."""
@@ -533,7 +533,7 @@ class RunSteps:
             rests += end.rests
         return run.complete(None, visits, tuple(dict.fromkeys(rests)))
 
-    def _end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> _RunEnd:
+    def _end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> RunEnding:
         """Return what follows the end of a run: its requests are given up, automatic transitions follow."""
         if not self._program.automatic and not self._is_sequence:
             return _NOTHING_FOLLOWS
@@ -543,9 +543,11 @@ class RunSteps:
             ends[key] = self._after_end(self._at_end(state, in_flight, plan_state))
         return ends[key]
 
-    def _after_end(self, state: int) -> _RunEnd:
+    def _after_end(self, state: int) -> RunEnding:
         if state not in self._after_ends:
-            self._after_ends[state] = _RunEnd(*self._idle(state)) if self._is_sequence else _RunEnd(self._rest(state))
+            self._after_ends[state] = (
+                RunEnding(*self._idle(state)) if self._is_sequence else RunEnding(self._rest(state))
+            )
         return self._after_ends[state]
 
     def _at_end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> int:

@@ -24,7 +24,10 @@ MAX_ANSWERS = 10_000
 
 
 NO_GOAL = -1
-"""The goal of a runner at rest."""
+"""The goal of a runner at rest, to which goals can be given."""
+
+NO_MORE_GOALS = -2
+"""The goal of a runner at rest after its run, where each run has one goal."""
 
 
 class WaitsFor(StrEnum):
@@ -51,7 +54,7 @@ class Position(NamedTuple):
         queue: the number of the queue, see `PlanQueues`; of the plan that will come, if `awaits` is `PLAN`.
         in_flight: the resources that a reply is awaited from, by number, in the order of asking.
         awaits: what the runner waits for beside replies and deadlines.
-        goal: the number of the goal; `NO_GOAL` for a runner at rest, where goals follow each other.
+        goal: the number of the goal; `NO_GOAL` or `NO_MORE_GOALS` for a runner at rest.
     """
 
     state: int
@@ -63,7 +66,7 @@ class Position(NamedTuple):
     @property
     def is_at_rest(self) -> bool:
         """Whether no goal is pursued."""
-        return self.goal == NO_GOAL
+        return self.goal < 0
 
     @property
     def is_asking(self) -> bool:
@@ -184,6 +187,8 @@ class NoteKind(Enum):
     SENDS_AFTER_END = "a request is sent after an abort, or while no goal is pursued"
     ENDS_RUN = "a run ends by itself, and not by the time limit"
     MAY_BE_CUT_OFF = "a limit of plans can end the run here"
+    MAY_END = "a livelock can end the run here"
+    OBSERVES = "the watched predicates are true or false in a state"
 
     @property
     def is_moment(self) -> bool:
@@ -203,7 +208,9 @@ class RunNote(NamedTuple):
         resource: the number of the resource that it is about.
         ended: how the operation ended; `DISABLED` if it was given up.
         end: how the run ended.
-        state: the packed state before it, for moments and ends of runs.
+        state: the packed state before it, for moments and ends of runs; the state at rest after an end that may come;
+            for a state that is observed the truth of the watched predicates, as bits.
+        truths: the truth of the watched predicates in the states after an end that may come.
     """
 
     kind: NoteKind
@@ -212,3 +219,4 @@ class RunNote(NamedTuple):
     ended: OperationState | None = None
     end: End | None = None
     state: int = 0
+    truths: tuple[int, ...] = ()

@@ -24,7 +24,7 @@ from scbm.testing.shrinking.shrink_steps import STEPS, without_changes
 from scbm.testing.verdicts import Failure, FailureKind, violation_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from scbm.cases import Case, OutcomeRule, RecordedPlan
     from scbm.cases.trace import Record
@@ -72,10 +72,20 @@ class UnshrinkableError(Exception):
 class Shrinker:
     """Shrinks failing cases of one model."""
 
-    def __init__(self, tester: Tester, most_runs: int = MAX_RUNS) -> None:
+    def __init__(
+        self, tester: Tester, most_runs: int = MAX_RUNS, accepts: Callable[[Execution], bool] = lambda _: True
+    ) -> None:
+        """Prepare the search.
+
+        Args:
+            tester: runs the cases.
+            most_runs: the maximum number of runs.
+            accepts: whether a run that fails for the same reason may take the place of a larger one.
+        """
         self._tester = tester
         self._model = tester.model
         self._most_runs = most_runs
+        self._accepts = accepts
 
     @staticmethod
     def can_shrink(failure: Failure) -> bool:
@@ -101,7 +111,7 @@ class Shrinker:
         """
         if not self.can_shrink(failure) or failure not in execution.verdict.failures:
             raise ValueError(f"{execution.case.name} cannot be shrunk by: {failure}")
-        search = _ShrinkSearch(self._tester, execution, failure, self._most_runs)
+        search = _ShrinkSearch(self._tester, execution, failure, self._most_runs, self._accepts)
         case = replace(
             _recorded_case(execution),
             name=name or f"small-{execution.case.name}",
@@ -151,8 +161,16 @@ def _singles(rule: OutcomeRule) -> Iterator[OutcomeRule]:
 class _ShrinkSearch:
     """Runs attempts, keeps smaller cases that fail for the same reason, and counts."""
 
-    def __init__(self, tester: Tester, original: Execution, failure: Failure, most_runs: int) -> None:
+    def __init__(
+        self,
+        tester: Tester,
+        original: Execution,
+        failure: Failure,
+        most_runs: int,
+        accepts: Callable[[Execution], bool],
+    ) -> None:
         self._tester = tester
+        self._accepts = accepts
         self._model = tester.model
         self._failure = failure
         self.cause = _cause(failure, original)
@@ -226,7 +244,7 @@ class _ShrinkSearch:
         self._records += len(execution.trace.records)
         if all(_cause(failure, execution) != self.cause for failure in execution.verdict.failures):
             return None
-        if execution.forced_by is not None and not self._is_forced:
+        if (execution.forced_by is not None and not self._is_forced) or not self._accepts(execution):
             return None
         # That a state is bad in which a run may begin is another reason than that a run leads to a bad one.
         return execution if self._begins_broken or not _begins_broken(execution, self._failure) else None

@@ -7,7 +7,8 @@ from msgspec.structs import replace
 
 from scbm.closing import CloseLimits
 from scbm.closing.proofs.proofs import scope_of_proofs
-from scbm.closing.requirements.request_monitor import RequestMonitor, RequestSearch
+from scbm.closing.requirements.request_monitor import RequestMonitor
+from scbm.closing.requirements.violation_search import ViolationSearch
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.model import BehaviorModel
 from support.models import scan_cell
@@ -21,7 +22,7 @@ ANSWERED_TOO_EARLY = (
 def violated(model: BehaviorModel) -> tuple[str, ...]:
     """Return the requirements that runs violate; all runs were searched."""
     runs = AllRuns(model, CloseLimits(), lambda _: None, replace(scope_of_proofs(model), keeps_notes=True))
-    search = RequestSearch(runs, RequestMonitor(model, runs.program), 100_000)
+    search = ViolationSearch(runs, RequestMonitor(model, runs.program), 100_000)
     found = search.violated()
     assert search.is_complete
     return found

@@ -8,17 +8,11 @@ once without changes from outside, and once with all of them. Further requests s
 from __future__ import annotations
 
 from enum import Enum
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.trace import End
 from scbm.model import PlanState
 from scbm.model.sources import outside_groups
-from scbm.planning import PlanCache, Planner, Solved, Unsolvable
-from scbm.running import Program
-from scbm.running.untimed.noted_steps import NotedSteps
-from scbm.running.untimed.plan_queues import CanonicalQueues
-from scbm.running.untimed.relevance import Relevance
 from scbm.running.untimed.situations import (
     ANSWER,
     HappeningKind,
@@ -26,21 +20,18 @@ from scbm.running.untimed.situations import (
     PlanningTooLargeError,
     TooManyRepliesError,
     TooManyRestsError,
-    Visits,
 )
+from scbm.testing.continuations.continued_runs import MOST_SITUATIONS, ContinuedRuns, SearchTooLongError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Predicate, Value
-    from scbm.planning import Answer
+    from scbm.running.untimed.noted_steps import NotedSteps
     from scbm.running.untimed.situations import Position, RunStep
 
 WAITING_ENDS = (End.TIME_LIMIT, End.REPLAN_LIMIT, End.UNSOLVABLE)
 """The ends of runs that wait, or repeat without end. A run that ends otherwise has not waited for a change."""
-
-_MOST_SITUATIONS = 5_000
-"""Maximum number of situations of one search: a fraction of a second. What a longer search finds is unknown."""
 
 
 class OutsideHelp(Enum):
@@ -49,10 +40,6 @@ class OutsideHelp(Enum):
     LEADS_TO_GOAL = "with changes from outside the run can reach its goal, and without them it cannot"
     NONE = "changes from outside make no difference"
     UNKNOWN = "the search was too long"
-
-
-class _SearchTooLongError(Exception):
-    """A search has found more situations than it may."""
 
 
 class _Wait(NamedTuple):
@@ -72,7 +59,7 @@ class WaitingRuns:
     def __init__(self, model: BehaviorModel) -> None:
         """Prepare nothing yet: most runs do not wait."""
         self._model = model
-        self._steps: dict[tuple[Predicate, bool], NotedSteps] = {}
+        self._runs = ContinuedRuns(model)
         self._known: dict[tuple[int, tuple[int, ...], Predicate], OutsideHelp] = {}
 
     def help_for(self, state: Mapping[str, Value], in_flight: Sequence[str], goal: Predicate) -> OutsideHelp:
@@ -87,10 +74,10 @@ class WaitingRuns:
         if not outside_groups(self._model):
             return OutsideHelp.NONE
         names = dict.fromkeys(in_flight)
-        silent = tuple(line.number for line in self._program.requests if line.resource.name in names)
-        keep, bits = self._program.plan_states[PlanState.EXECUTING]  # as the run waits, whatever it ended with
+        silent = tuple(line.number for line in self._runs.program.requests if line.resource.name in names)
+        keep, bits = self._runs.program.plan_states[PlanState.EXECUTING]  # as the run waits, whatever it ended with
         values = {each.name: state.get(each.name, each.initial) for each in self._model.running_space}
-        packed = self._program.packing.pack(values) & self._relevance(goal).mask & keep | bits
+        packed = self._runs.program.packing.pack(values) & self._runs.relevance(goal).mask & keep | bits
         key = (packed, silent, goal)
         if key not in self._known:
             self._known[key] = self._searched(packed, silent, goal)
@@ -99,9 +86,9 @@ class WaitingRuns:
     def _searched(self, state: int, silent: tuple[int, ...], goal: Predicate) -> OutsideHelp:
         try:
             for is_open in (False, True):
-                if self._can_reach(state, silent, self._steps_to(goal, is_open=is_open)):
+                if self._can_reach(state, silent, self._runs.steps(goal, is_open=is_open)):
                     return OutsideHelp.LEADS_TO_GOAL if is_open else OutsideHelp.NONE
-        except (_SearchTooLongError, PlanningTooLargeError, TooManyRepliesError, TooManyRestsError):
+        except (SearchTooLongError, PlanningTooLargeError, TooManyRepliesError, TooManyRestsError):
             return OutsideHelp.UNKNOWN
         return OutsideHelp.NONE
 
@@ -123,8 +110,8 @@ class WaitingRuns:
             if wait not in seen:
                 seen[wait] = None
                 pending += [(following, wait.silent) for following in self._following(steps, wait)]
-            if len(seen) > _MOST_SITUATIONS:
-                raise _SearchTooLongError
+            if len(seen) > MOST_SITUATIONS:
+                raise SearchTooLongError
         return False
 
     def _following(self, steps: NotedSteps, wait: _Wait) -> Iterator[RunStep]:
@@ -132,54 +119,13 @@ class WaitingRuns:
         if wait.position.is_asking:
             yield steps.after(wait.position, ANSWER)
             return
-        silent = [self._program.requests[number].resource.name for number in wait.silent]
+        silent = [self._runs.program.requests[number].resource.name for number in wait.silent]
         happenings = tuple(steps.happenings(wait.position))
         for kind in _TRIED_LAST:
             for each in happenings:
                 is_reply = kind is HappeningKind.REPLY
                 if each.kind is kind and not (is_reply and (not each.succeeded or each.resource in silent)):
                     yield steps.after(wait.position, each)
-
-    # the model, compiled once for all searches
-
-    def _steps_to(self, goal: Predicate, *, is_open: bool) -> NotedSteps:
-        key = (goal, is_open)
-        if key not in self._steps:
-            self._steps[key] = NotedSteps(
-                self._program,
-                self._relevance(goal),
-                self._visits,
-                self._program.test(goal),
-                lambda state: self._answer(state, goal),
-                self._queues,
-                is_open=is_open,
-            )
-        return self._steps[key]
-
-    def _answer(self, state: int, goal: Predicate) -> Answer:
-        answer = self._plans.plan(self._program.packing.values(state), goal)
-        if isinstance(answer, Solved | Unsolvable):
-            return answer
-        raise PlanningTooLargeError
-
-    def _relevance(self, goal: Predicate) -> Relevance:
-        return Relevance(self._model, self._program.packing, also=goal.reads())
-
-    @cached_property
-    def _program(self) -> Program:
-        return Program(self._model)
-
-    @cached_property
-    def _plans(self) -> PlanCache:
-        return PlanCache(Planner(self._model))
-
-    @cached_property
-    def _visits(self) -> Visits:
-        return Visits(self._model)
-
-    @cached_property
-    def _queues(self) -> CanonicalQueues:
-        return CanonicalQueues(operation.name for operation in self._model.operations)
 
 
 def _still_silent(step: RunStep, silent: tuple[int, ...]) -> tuple[int, ...]:

@@ -1,0 +1,181 @@
+"""Whether `p leads to q` holds in all runs: where runs can end, wait or go round with q due (semantics 7.3, 9.3)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.cases.trace import End
+from scbm.closing.requirements.components import components
+from scbm.closing.requirements.violation_search import ViolatingWalk, judged_from, judged_over
+from scbm.closing.runs.walks import path_along
+from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
+from scbm.planning.engines.breadth_first import BreadthFirst
+from scbm.running.untimed.situations import PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind, NoteKind, WaitsFor
+from scbm.testing.continuations.reachable_goals import LIMIT_ENDS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from scbm.closing.requirements.sentence_monitor import SentenceMonitor
+    from scbm.closing.requirements.violation_search import Judgement, Place
+    from scbm.closing.runs.all_runs import AllRuns
+    from scbm.closing.runs.run_graph import Edge, RunGraph
+
+    _Following = Mapping[Place, Sequence[tuple[Edge, Place]]]
+
+_LEADS_ON = (HappeningKind.ANSWER, HappeningKind.DEADLINE, HappeningKind.GIVE_UP, HappeningKind.NEXT)
+"""What comes by itself, also if no reply comes and nothing changes from outside."""
+
+
+class LivenessSearch:
+    """Searches all runs for one in which q stays due.
+
+    Attributes:
+        is_complete: whether all runs were searched.
+        ends_due: whether a run can end, or wait for nothing but a limit, while q is due.
+        goes_round: the operations that runs may repeat without end while q is due; `None` if they cannot.
+        is_due_when_settled: whether q can be due in a settled situation of a run, so that time can pass.
+    """
+
+    def __init__(self, runs: AllRuns, monitor: SentenceMonitor, most: int) -> None:
+        """Search all runs.
+
+        Args:
+            runs: the runs; their edges have notes.
+            monitor: the judge of one requirement.
+            most: the maximum number of situations, each with q due or not.
+        """
+        self._runs = runs
+        self._monitor = monitor
+        self._most = most
+        self.is_complete = runs.stopped is None
+        self.ends_due = self.is_due_when_settled = False
+        self.goes_round: tuple[str, ...] | None = None
+        for graph in runs.graphs:
+            self._look(graph, self._explored(graph))
+
+    def _explored(self, graph: RunGraph) -> _Following:
+        following: dict[Place, list[tuple[Edge, Place]]] = {}
+
+        def successors(place: Place) -> Iterator[tuple[Edge, Place]]:
+            found = following.setdefault(place, [])
+            for edge, judged in judged_from(self._monitor, graph, place):
+                self.ends_due = self.ends_due or _ends_due(graph, place[0], edge, judged)
+                if edge.target >= 0:
+                    found.append((edge, (edge.target, judged.memory)))
+            return iter(found)
+
+        search = BreadthFirst(((0, self._monitor.start),), successors)
+        search.expand(self._most)
+        self.is_complete = self.is_complete and not search.frontier
+        self._most = max(0, self._most - search.expanded)
+        return following
+
+    def _look(self, graph: RunGraph, following: _Following) -> None:
+        """Note what happens where q is due."""
+        due = {place: None for place in following if place[0] and place[1]}
+        for node, _ in due:
+            self.ends_due = self.ends_due or _only_waits(graph, node)
+            self.is_due_when_settled |= graph.positions[node - 1].awaits is not WaitsFor.NEXT
+        inside = {
+            place: [(e, next_) for e, next_ in following[place] if next_ in due and _may_repeat(graph, e)]
+            for place in due
+        }
+        targets = {place: [next_ for _, next_ in steps] for place, steps in inside.items()}
+        for component in components(targets):
+            edges = [edge for place in component for edge, next_ in inside[place] if next_ in component]
+            if edges and self.goes_round is None and self._is_fair(graph, component, edges):
+                self.goes_round = self._operations(graph, component)
+
+    def _is_fair(self, graph: RunGraph, component: Mapping[Place, None], edges: Sequence[Edge]) -> bool:
+        """Return whether runs can go round without awaiting one plan, reply or deadline all the time."""
+        positions = [graph.positions[node - 1] for node, _ in component]
+        if all(position.is_at_rest for position in positions):
+            return False
+        labels = [label for edge in edges if isinstance(label := graph.label(edge.number), Happening)]
+        notes = [note for edge in edges for note in graph.notes(edge.number)]
+        kinds = {label.kind: None for label in labels}
+        if all(position.is_asking for position in positions) and HappeningKind.ANSWER not in kinds:
+            return False
+        ended = any(note.kind is NoteKind.ENDS_OPERATION for note in notes) or HappeningKind.DEADLINE in kinds
+        if all(self._has_timer(position.state) for position in positions) and not ended:
+            return False
+        return all(
+            any(line.number not in position.in_flight for position in positions)
+            or any(label.kind is HappeningKind.REPLY and label.resource == line.resource.name for label in labels)
+            or any(note.kind is NoteKind.SENDS and note.resource == line.number for note in notes)
+            for line in self._runs.program.requests
+        )
+
+    def _has_timer(self, state: int) -> bool:
+        current = self._runs.program.current(state)
+        return current is not None and current.has_timer
+
+    def _operations(self, graph: RunGraph, component: Mapping[Place, None]) -> tuple[str, ...]:
+        found = (self._runs.program.current(graph.positions[node - 1].state) for node, _ in component)
+        return tuple(dict.fromkeys(each.operation.name for each in found if each is not None))
+
+    # walks
+
+    def walks(self, name: str) -> Iterator[ViolatingWalk]:
+        """Yield walks to ends and waits with q due, for each graph the shortest ones first."""
+        for cuts_short in (False, True):
+            for graph in self._runs.graphs:
+                yield from self._walks_in(graph, name, WalkKind(cuts_short=cuts_short))
+
+    def _walks_in(self, graph: RunGraph, name: str, kind: WalkKind) -> Iterator[ViolatingWalk]:
+        found: list[tuple[Place, Edge]] = []
+
+        def successors(place: Place) -> Iterator[tuple[Edge, Place]]:
+            for edge, goes_on in shown_edges(graph, place[0], kind):
+                for judged in judged_over(self._monitor, graph, edge, place[1]):
+                    if _ends_due(graph, place[0], edge, judged):
+                        found.append((place, edge))
+                    if goes_on:
+                        yield edge, (edge.target, judged.memory)
+
+        search = BreadthFirst(((0, self._monitor.start),), successors)
+        tried = 0
+        while search.frontier:
+            search.expand(search.expanded + 1)
+            for waiting in search.states[tried:]:
+                node, is_due = waiting
+                if node and is_due and _only_waits(graph, node):
+                    resources = self._runs.model.resources
+                    missing = tuple(resources[number].name for number in graph.positions[node - 1].in_flight)
+                    yield ViolatingWalk(name, path_along(graph, search.actions_to(waiting)), missing, waits=True)
+            tried = len(search.states)
+            for place, edge in found:
+                yield ViolatingWalk(name, path_along(graph, [*search.actions_to(place), edge]))
+            found.clear()
+
+
+def _ends_due(graph: RunGraph, node: int, edge: Edge, judged: Judgement) -> bool:
+    """Return whether q is due after the end of a run that no limit ended."""
+    if not judged.memory or not node or graph.is_at_rest(node) or _is_limit(graph, edge):
+        return False
+    return edge.target < 0 or graph.is_at_rest(edge.target)
+
+
+def _is_limit(graph: RunGraph, edge: Edge) -> bool:
+    """Return whether a limit ends the run on an edge; a run that asks for plans without end is a livelock."""
+    label, notes = graph.label(edge.number), graph.notes(edge.number)
+    if label is PLAN_LIMIT:
+        return all(note.end is not End.LIVELOCK for note in notes)
+    return label is TIME_LIMIT or any(note.end in LIMIT_ENDS for note in notes)
+
+
+def _only_waits(graph: RunGraph, node: int) -> bool:
+    """Return whether only a limit ends a run in a situation if no reply comes and nothing changes from outside."""
+    if graph.is_at_rest(node):
+        return False
+    labels = (graph.label(edge.number) for edge in graph.edges(node))
+    return not any(isinstance(label, Happening) and label.kind in _LEADS_ON for label in labels)
+
+
+def _may_repeat(graph: RunGraph, edge: Edge) -> bool:
+    """Return whether a round may have this edge: no limit ends the run, and the requests that end succeed."""
+    label = graph.label(edge.number)
+    if not isinstance(label, Happening) or _is_limit(graph, edge):
+        return False
+    return label.kind is not HappeningKind.REPLY or label.succeeded

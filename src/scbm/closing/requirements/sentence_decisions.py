@@ -1,0 +1,212 @@
+"""Decides the requirements of the user in all runs (semantics 7.3, 9.3; decision 67)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from scbm.closing.decisions import DecidedRequirement, RequirementStatus
+from scbm.closing.proofs.proofs import MAX_OF_ANY_PLANS
+from scbm.closing.requirements.blocking_search import BlockingSearch
+from scbm.closing.requirements.liveness_search import LivenessSearch
+from scbm.closing.requirements.sentence_monitor import SentenceMonitor
+from scbm.closing.requirements.violating_cases import RequirementKey, failure_of
+from scbm.closing.requirements.violation_search import ViolationSearch
+from scbm.model import PlanSet
+from scbm.model.requirements import LeadsTo
+from scbm.running.untimed.relevance import Relevance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from scbm.closing.requirements.violating_cases import ViolatingCases
+    from scbm.closing.requirements.violation_search import ViolatingWalk
+    from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
+    from scbm.model import Predicate, Requirement
+
+    Explore = Callable[[RunScope, CloseLimits | None], AllRuns]
+
+_BESIDE = 2
+"""A requirement remembers one of two things of a run."""
+
+_NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
+_ENDLESS = "runs may repeat {} without end before it is satisfied, and no case can show that"
+_ONLY_CASES = "only cases judge this form of requirement"
+_TAKES_TIME = "time may pass before it is satisfied, and only cases know times"
+_WHERE = {
+    True: "in all runs",
+    False: "in all runs in which requests succeed in the end",
+}
+
+
+class SentenceAnswer(Struct, frozen=True):
+    """The answer of one exploration about one requirement.
+
+    Attributes:
+        status: holds, violated, undecided or only in cases.
+        reason: where it holds, or why it is open.
+        option: the option that raises the limit that ended the search.
+    """
+
+    status: RequirementStatus
+    reason: str
+    option: str | None = None
+
+
+class SentenceDecisions:
+    """The decisions about the requirements of the user."""
+
+    def __init__(
+        self, requirements: Sequence[Requirement], cases: ViolatingCases, limits: CloseLimits, explore: Explore
+    ) -> None:
+        """Decide nothing yet.
+
+        Args:
+            requirements: the requirements.
+            cases: the cases that violate requirements.
+            limits: the limits of exploration and search.
+            explore: returns all runs of a scope, within these limits or its own.
+        """
+        self._requirements = tuple(requirements)
+        self._cases = cases
+        self._limits = limits
+        self._explore = explore
+        self._answers: dict[str, SentenceAnswer] = {}
+        self._any_plans: AllRuns | None = None
+
+    @property
+    def watched_together(self) -> tuple[Predicate, ...]:
+        """The predicates of the requirements that read nothing but what runs depend on anyway."""
+        return _predicates(self._together)
+
+    @property
+    def _together(self) -> tuple[Requirement, ...]:
+        program = self._cases.tester.program
+        names = dict.fromkeys(Relevance(program.model, program.packing).names)
+        return tuple(r for r in self._requirements if all(name in names for name in r.sentence.reads()))
+
+    def decide(self, runs: AllRuns) -> None:
+        """Decide all requirements: those that `runs` watch, and each other one in an exploration of its own."""
+        self._decide_in(runs, self._together)
+        for requirement in self._requirements:
+            if requirement not in self._together:
+                scope = replace(runs.scope, watched=_predicates((requirement,)))
+                self._decide_in(self._explore(scope, None), (requirement,))
+
+    def leaves_behind_no_more(self, rests: Mapping[int, None], runs: AllRuns) -> bool:
+        """Return whether histories with any plans leave no other states at rest behind than canonical plans do."""
+        others = self._with_any_plans(runs)
+        if others is None or others.stopped is not None:
+            return False
+        return all(rest in rests for rest in BlockingSearch(others).rests)
+
+    def interrupt(self, reason: str) -> None:
+        """Leave open what is not decided yet."""
+        for requirement in self._requirements:
+            self._answers.setdefault(requirement.name, SentenceAnswer(RequirementStatus.UNDECIDED, reason))
+
+    def _decide_in(self, runs: AllRuns, requirements: Sequence[Requirement]) -> None:
+        for requirement in requirements:
+            self._answers[requirement.name] = self._decided_in(runs, requirement)
+        held = [each for each in requirements if self._answers[each.name].status is RequirementStatus.HOLDS]
+        if held and runs.plans is PlanSet.CANONICAL:
+            others = self._with_any_plans(runs)
+            for requirement in held:
+                if others is None or self._answer(others, requirement).status is not RequirementStatus.HOLDS:
+                    where = self._answers[requirement.name].reason
+                    self._answers[requirement.name] = SentenceAnswer(RequirementStatus.HOLDS_CANONICAL, where)
+
+    def _with_any_plans(self, runs: AllRuns) -> AllRuns | None:
+        """Return the same runs with any plans; `None` if they are too many, as canonical plans are some of them."""
+        if runs.plans is PlanSet.ANY:
+            return runs
+        if self._any_plans is not None and self._any_plans.scope.watched == runs.scope.watched:
+            return self._any_plans
+        most = min(self._limits.situations, MAX_OF_ANY_PLANS)
+        if runs.situations > most or runs.other_planner is not None:
+            return None
+        scope = replace(runs.scope, plans=PlanSet.ANY)
+        self._any_plans = self._explore(scope, replace(self._limits, situations=most))
+        return self._any_plans
+
+    def _decided_in(self, runs: AllRuns, requirement: Requirement) -> SentenceAnswer:
+        """Return the answer of one exploration, with a case if there is a violation to show."""
+        answer = self._answer(runs, requirement)
+        key = RequirementKey(requirement.name)
+        if answer.status is RequirementStatus.UNDECIDED and answer.option is None and key not in self._cases:
+            shown = runs
+            if runs.plans is not PlanSet.CANONICAL:
+                shown = self._explore(replace(runs.scope, plans=PlanSet.CANONICAL), None)
+            self._cases.try_walks(shown, self._walks(shown, requirement), (key,))
+            self._cases.try_random((key,))
+        return answer
+
+    def _answer(self, runs: AllRuns, requirement: Requirement) -> SentenceAnswer:
+        sentence = requirement.sentence
+        if sentence.is_safety:
+            return self._answer_about_safety(runs, requirement)
+        if isinstance(sentence, LeadsTo):
+            return self._answer_about_liveness(runs, requirement, is_timed=sentence.within_ns is not None)
+        return SentenceAnswer(RequirementStatus.CASES_ONLY, _ONLY_CASES)
+
+    def _answer_about_safety(self, runs: AllRuns, requirement: Requirement) -> SentenceAnswer:
+        search = ViolationSearch(runs, _monitor(runs, requirement), _BESIDE * self._limits.situations)
+        if search.violated():
+            return SentenceAnswer(RequirementStatus.UNDECIDED, _NOT_SHOWN)
+        return _answered(runs, is_complete=search.is_complete, holds_always=True)
+
+    def _answer_about_liveness(self, runs: AllRuns, requirement: Requirement, *, is_timed: bool) -> SentenceAnswer:
+        search = LivenessSearch(runs, _monitor(runs, requirement), _BESIDE * self._limits.situations)
+        if is_timed and search.is_due_when_settled:
+            return SentenceAnswer(RequirementStatus.CASES_ONLY, _TAKES_TIME)
+        if not is_timed and search.ends_due:
+            return SentenceAnswer(RequirementStatus.UNDECIDED, _NOT_SHOWN)
+        if not is_timed and search.goes_round is not None and search.is_complete:
+            repeated = ", ".join(search.goes_round) or "changes from outside"
+            return SentenceAnswer(RequirementStatus.UNDECIDED, _ENDLESS.format(repeated))
+        return _answered(runs, is_complete=search.is_complete, holds_always=is_timed)
+
+    def _walks(self, runs: AllRuns, requirement: Requirement) -> Iterator[ViolatingWalk]:
+        monitor, most = _monitor(runs, requirement), _BESIDE * self._limits.situations
+        if requirement.sentence.is_safety:
+            return ViolationSearch(runs, monitor, most).walks((requirement.name,))
+        return LivenessSearch(runs, monitor, most).walks(requirement.name)
+
+    # decisions
+
+    def decided(self, taken: list[str]) -> Iterator[DecidedRequirement]:
+        """Yield the decisions, in the order of the requirements; `taken` are names of cases."""
+        for requirement in self._requirements:
+            name, key = requirement.name, RequirementKey(requirement.name)
+            answer = self._answers.get(name, SentenceAnswer(RequirementStatus.CASES_ONLY, _ONLY_CASES))
+            if key in self._cases:
+                execution, is_new = self._cases.smallest(key, taken)
+                made, reason = (execution if is_new else None), str(failure_of(key, execution))
+                violated = RequirementStatus.VIOLATED
+                yield DecidedRequirement(name, violated, reason, execution.case.name, made, is_built_in=False)
+            else:
+                yield DecidedRequirement(name, answer.status, answer.reason, option=answer.option, is_built_in=False)
+
+
+def _predicates(requirements: Sequence[Requirement]) -> tuple[Predicate, ...]:
+    return tuple(dict.fromkeys(each for requirement in requirements for each in requirement.sentence.predicates))
+
+
+def _monitor(runs: AllRuns, requirement: Requirement) -> SentenceMonitor:
+    return SentenceMonitor(requirement, runs.scope.watched)
+
+
+def _answered(runs: AllRuns, *, is_complete: bool, holds_always: bool) -> SentenceAnswer:
+    """Return that a requirement holds if all runs were searched; `holds_always` if no request needs to succeed."""
+    if is_complete:
+        return SentenceAnswer(RequirementStatus.HOLDS, _WHERE[holds_always])
+    return SentenceAnswer(RequirementStatus.UNDECIDED, *why_incomplete(runs))
+
+
+def why_incomplete(runs: AllRuns) -> tuple[str, str | None]:
+    """Return why not all runs were searched, with the option that raises the limit."""
+    if runs.stopped is not None:
+        return f"not all runs were explored: {runs.stopped}", runs.option
+    return "not all runs were explored: too many differ in their earlier requests", "--max-states"

@@ -1,0 +1,196 @@
+"""Cases that violate requirements: those that are known, those that walks and random draws give, each made small."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec.structs import replace
+
+from scbm.cases import Expectations
+from scbm.closing.scripts.case_scripts import CaseScripts
+from scbm.closing.scripts.case_search import bounded
+from scbm.model import InputError, Outcome
+from scbm.model.requirements import LeadsTo
+from scbm.planning import PlanCache
+from scbm.testing import RandomCases, Shrinker, Tester
+from scbm.testing.continuations.reachable_goals import LIMIT_ENDS
+from scbm.testing.shrinking.shrinker import UnshrinkableError
+from scbm.testing.verdicts import FailureKind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from scbm.cases import Case, OutcomeRule
+    from scbm.closing.decisions import Closing
+    from scbm.closing.requirements.violation_search import ViolatingWalk
+    from scbm.closing.runs.all_runs import AllRuns
+    from scbm.model import BehaviorModel, Requirement
+    from scbm.model.requirements import RequirementForm
+    from scbm.testing import Campaign, Execution
+    from scbm.testing.verdicts import Failure
+
+_SEED = 1
+
+
+class RequirementKey(NamedTuple):
+    """What identifies a requirement: a built-in one may be called as one of the user."""
+
+    name: str
+    is_built_in: bool = False
+
+
+class ViolatingCases:
+    """The runs that violate requirements of one model, one for each requirement.
+
+    Attributes:
+        tester: runs the cases.
+    """
+
+    def __init__(
+        self, model: BehaviorModel, extra: Sequence[Requirement], most: int, progress: Callable[[str], None]
+    ) -> None:
+        """Know no case yet.
+
+        Args:
+            model: the model.
+            extra: requirements beside those of the model, which each new case gets.
+            most: the maximum number of cases that are tried for one requirement.
+            progress: called with what is being done.
+        """
+        self.tester = Tester(model)
+        self._model = model
+        self._extra = tuple(extra)
+        self._most = most
+        self._progress = progress
+        self._found: dict[RequirementKey, Execution] = {}
+        self._written: list[str] = []
+        self._waits: dict[RequirementKey, None] = {}
+        requirements = (*model.requirements, *extra)
+        self._untimed = [r.name for r in requirements if _is_untimed(r.sentence)]
+
+    def __contains__(self, key: RequirementKey) -> bool:
+        return key in self._found
+
+    def look_in(self, suite: Campaign, closing: Closing) -> None:
+        """Keep the first run of the suite or of a new case that violates each requirement.
+
+        A case from a file shows the violation as it is: closing writes no other one.
+        """
+        for cause in suite.summary.causes:
+            if cause.failures[0].kind in _KINDS:
+                execution = self.tester.execute(self._with_extra(suite.source.case(cause.positions[0])))
+                self.keep(execution)
+                if execution.case.origin is None:
+                    self._written.append(execution.case.name)
+        for made in closing.cases:
+            self.keep(self.tester.execute(self._with_extra(made.case)) if self._extra else made.execution)
+
+    def keep(self, execution: Execution | None) -> None:
+        """Keep a run for each requirement that it violates, unless another one is known.
+
+        What a forced state violates is no fault of the model.
+        """
+        if execution is not None:
+            for violation in execution.violations:
+                key = RequirementKey(violation.requirement, violation.is_built_in)
+                if self._shows(key, execution):
+                    self._found.setdefault(key, execution)
+
+    def _shows(self, key: RequirementKey, execution: Execution) -> bool:
+        """Return whether a run of the model shows that a requirement is violated: without force, and by its goals.
+
+        A run that a limit ended shows that q is still due only if it waited for nothing else.
+        """
+        goals = dict(self._model.goals)
+        if any(goals.get(goal.name) != goal.predicate for goal in execution.case.goals):
+            return False
+        is_end = execution.verdict.end not in LIMIT_ENDS or key in self._waits
+        if not key.is_built_in and key.name in self._untimed and not is_end:
+            return False
+        violated = (v for v in execution.violations if (v.requirement, v.is_built_in) == key)
+        return any(execution.forced_by is None or each.record < execution.forced_by for each in violated)
+
+    def try_walks(self, runs: AllRuns, walks: Iterator[ViolatingWalk], keys: Sequence[RequirementKey]) -> None:
+        """Run cases that follow walks until one violates each requirement."""
+        scripts = CaseScripts(self._model, runs.program, PlanCache(runs.planner))
+        by_name = {key.name: key for key in keys}
+        tried = dict.fromkeys(by_name, 0)
+        for walk in walks:
+            if all(key in self._found or tried[name] >= self._most for name, key in by_name.items()):
+                return
+            if by_name[walk.requirement] not in self._found and tried[walk.requirement] < self._most:
+                tried[walk.requirement] += 1
+                key = by_name[walk.requirement]
+                self._waits |= {key: None} if walk.waits else {}
+                case = scripts.case(walk.path, walk.requirement, walk.missing)
+                self.keep(bounded(self.tester, self._with_extra(case)))
+                if key not in self._found:
+                    self._waits.pop(key, None)
+
+    def try_random(self, keys: Iterable[RequirementKey]) -> None:
+        """Run random cases until one violates each requirement."""
+        wanted = tuple(keys)
+        if self.tester.planner.entry.is_external:
+            return
+        random = RandomCases(self._model)
+        for number in range(1, self._most + 1):
+            if all(key in self._found for key in wanted):
+                return
+            try:
+                case = random.case(_SEED, number)
+            except InputError:
+                return  # no combination of random values is allowed
+            self.keep(bounded(self.tester, self._with_extra(case)))
+
+    def smallest(self, key: RequirementKey, taken: list[str]) -> tuple[Execution, bool]:
+        """Return a run that violates a requirement, and whether it is new: then it is small, and has a new name."""
+        execution = self._found[key]
+        if execution.case.name in self._written:
+            return execution, False
+        number = 1
+        while f"{key.name}-{number}" in taken:
+            number += 1
+        taken.append(f"{key.name}-{number}")
+        self._progress(f"making a case small that violates {key.name}")
+        execution = self._without_delays(key, execution)
+        try:
+            shrinker = Shrinker(self.tester, accepts=partial(self._shows, key))
+            return shrinker.shrink(execution, failure_of(key, execution), taken[-1]).execution, True
+        except UnshrinkableError:
+            return self.tester.execute(replace(execution.case, name=taken[-1])), True
+
+    def _without_delays(self, key: RequirementKey, execution: Execution) -> Execution:
+        """Return a run in which late replies are missing, if it violates the requirement; else the run as it is.
+
+        A missed goal is excused after a missing reply, and not after a late one.
+        """
+        case = execution.case
+        rules = tuple(
+            replace(rule, outcome=Outcome.TIMEOUT, latency_ns=None) if _is_late(rule) else rule
+            for rule in case.outcomes
+        )
+        plain = case.with_goals([replace(goal, expect=Expectations()) for goal in case.goals])
+        other = bounded(self.tester, replace(plain, outcomes=rules))
+        return execution if other is None or not self._shows(key, other) else other
+
+    def _with_extra(self, case: Case) -> Case:
+        return replace(case, requirements=(*case.requirements, *self._extra)) if self._extra else case
+
+
+_KINDS = (FailureKind.BUILT_IN, FailureKind.REQUIREMENT)
+
+
+def _is_untimed(sentence: RequirementForm) -> bool:
+    return isinstance(sentence, LeadsTo) and sentence.within_ns is None
+
+
+def failure_of(key: RequirementKey, execution: Execution) -> Failure:
+    """Return the failure of a run that violates a requirement."""
+    kind = FailureKind.BUILT_IN if key.is_built_in else FailureKind.REQUIREMENT
+    return next(each for each in execution.verdict.failures if each.kind is kind and each.subject == key.name)
+
+
+def _is_late(rule: OutcomeRule) -> bool:
+    """Return whether a rule makes successful replies come at another time, and says no more about them."""
+    return rule.outcome in (None, Outcome.SUCCEED) and rule.latency_ns is not None and not rule.measured

@@ -1,0 +1,139 @@
+"""The search of all runs for violations: situations beside what a run remembers, breadth-first (decision 53)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+
+from scbm.closing.runs.walks import path_along
+from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
+from scbm.planning.engines.breadth_first import BreadthFirst
+from scbm.running.untimed.situations import PLAN_LIMIT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from scbm.closing.runs.all_runs import AllRuns
+    from scbm.closing.runs.run_graph import Edge, RunGraph
+    from scbm.closing.runs.walks import RunPath
+
+    Memory: TypeAlias = Any
+    """What a monitor remembers of a run; each monitor has its own type."""
+    Place: TypeAlias = tuple[int, Memory]
+    """A node of a graph, and what a monitor remembers of the run before it."""
+
+
+class Judgement(Protocol):
+    """A step as a monitor sees it."""
+
+    @property
+    def memory(self) -> Memory:
+        """What is remembered after it."""
+        ...
+
+    @property
+    def violated(self) -> tuple[str, ...]:
+        """The names of the requirements that it violates."""
+        ...
+
+
+class RunMonitor(Protocol):
+    """Follows runs step by step, and judges them by one requirement or several."""
+
+    @property
+    def start(self) -> Memory:
+        """What is remembered before the first step."""
+        ...
+
+    @property
+    def judged(self) -> Callable[..., Iterator[Judgement]]:
+        """The function that gets memory, notes, the packed state after the step, and whether a limit cuts it off."""
+        ...
+
+
+class ViolatingWalk(NamedTuple):
+    """A walk that should violate a requirement.
+
+    Attributes:
+        requirement: the name of the requirement.
+        path: the walk.
+        missing: the resources whose last requests get no reply.
+        waits: whether the run waits in the end, so that only a limit ends it.
+    """
+
+    requirement: str
+    path: RunPath
+    missing: tuple[str, ...] = ()
+    waits: bool = False
+
+
+class ViolationSearch:
+    """Searches all runs of a model for violations of what a monitor judges."""
+
+    def __init__(self, runs: AllRuns, monitor: RunMonitor, most: int) -> None:
+        """Search for nothing yet.
+
+        Args:
+            runs: the runs; their edges have notes.
+            monitor: the judge.
+            most: the maximum number of situations, each beside what is remembered in it.
+        """
+        self._runs = runs
+        self._monitor = monitor
+        self._most = most
+        self.is_complete = runs.stopped is None
+
+    def violated(self) -> tuple[str, ...]:
+        """Return the names of the requirements that runs violate; `is_complete` says whether these are all."""
+        found: dict[str, None] = {}
+        left = self._most
+        for graph in self._runs.graphs:
+
+            def successors(place: Place, graph: RunGraph = graph) -> Iterator[tuple[Edge, Place]]:
+                for edge, judged in judged_from(self._monitor, graph, place):
+                    found.update(dict.fromkeys(judged.violated))
+                    if edge.target >= 0:
+                        yield edge, (edge.target, judged.memory)
+
+            search = BreadthFirst(((0, self._monitor.start),), successors)
+            search.expand(left)
+            self.is_complete = self.is_complete and not search.frontier
+            left = max(0, left - search.expanded)
+        return tuple(found)
+
+    def walks(self, names: tuple[str, ...]) -> Iterator[ViolatingWalk]:
+        """Yield walks that violate these requirements, for each graph the shortest ones first."""
+        for cuts_short in (False, True):
+            for graph in self._runs.graphs:
+                yield from self._walks_in(graph, names, WalkKind(cuts_short=cuts_short))
+
+    def _walks_in(self, graph: RunGraph, names: tuple[str, ...], kind: WalkKind) -> Iterator[ViolatingWalk]:
+        found: list[tuple[str, Place, Edge]] = []
+
+        def successors(place: Place) -> Iterator[tuple[Edge, Place]]:
+            for edge, goes_on in shown_edges(graph, place[0], kind):
+                for judged in judged_over(self._monitor, graph, edge, place[1]):
+                    found.extend((name, place, edge) for name in judged.violated if name in names)
+                    if goes_on:
+                        yield edge, (edge.target, judged.memory)
+
+        search = BreadthFirst(((0, self._monitor.start),), successors)
+        while search.frontier and search.expanded < self._most:
+            search.expand(search.expanded + 1)
+            for name, place, edge in found:
+                yield ViolatingWalk(name, path_along(graph, [*search.actions_to(place), edge]))
+            found.clear()
+
+
+def judged_from(monitor: RunMonitor, graph: RunGraph, place: Place) -> Iterator[tuple[Edge, Judgement]]:
+    """Yield the steps from a place, judged; a step that a limit cuts off may have several judgements."""
+    node, memory = place
+    for edge in graph.edges(node):
+        for judged in judged_over(monitor, graph, edge, memory):
+            yield edge, judged
+
+
+def judged_over(monitor: RunMonitor, graph: RunGraph, edge: Edge, memory: Memory) -> Iterator[Judgement]:
+    """Yield the judgements of a step."""
+    state = graph.positions[edge.target - 1].state if edge.target >= 0 else None
+    is_cut_off = graph.label(edge.number) is PLAN_LIMIT
+    return monitor.judged(memory, graph.notes(edge.number), state, is_cut_off=is_cut_off)

@@ -1,0 +1,263 @@
+"""Goals that no run can reach any more after a history of runs (semantics 7.12, `non_blocking`).
+
+What plain runs leave open, no run may close. So the state in which a runner is at rest is followed: goals are given,
+requests succeed, deadlines pass, and something changes from outside, in any order, until a run reaches the goal or
+nothing is left to follow.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from itertools import chain, combinations, islice, product
+from typing import TYPE_CHECKING, NamedTuple
+
+from scbm.cases.trace import End
+from scbm.model import GoalOrder, Role, RunPlans
+from scbm.model.sources import InitialStates, inputs, published_by
+from scbm.planning import DEFAULT_PLANNER, PLANNERS
+from scbm.running.untimed.situations import (
+    HappeningKind,
+    PlanningTooLargeError,
+    TooManyRepliesError,
+    TooManyRestsError,
+    world_bits,
+)
+from scbm.testing.continuations.continued_runs import MOST_SITUATIONS, ContinuedRuns, SearchTooLongError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from scbm.model import BehaviorModel, Value
+    from scbm.running.untimed.noted_steps import NotedSteps
+    from scbm.running.untimed.situations import Happening, Position, RunStep
+
+LIMIT_ENDS = (End.TIME_LIMIT, End.REPLAN_LIMIT, End.PLANNER_LIMIT, End.NO_PLAN_FOUND)
+"""The ends of runs that a limit ended: such histories do not count."""
+
+_MOST_TRIED = 200
+"""Maximum number of sets of variables that are tried to name a latch."""
+
+_LARGEST_LATCH = 3
+"""Maximum number of variables of a latch; a larger set explains little."""
+
+
+class UnknownReachabilityError(Exception):
+    """It is unknown whether goals can be reached: a search was too long, or the model has no such rule."""
+
+
+class LostGoals(NamedTuple):
+    """Goals that no run can reach any more.
+
+    Attributes:
+        goals: their names.
+        latch: the smallest set of variables that nothing changes any more and whose initial values would make the first
+            of the goals reachable; empty if no such set was found.
+    """
+
+    goals: tuple[str, ...]
+    latch: tuple[str, ...] = ()
+
+
+class ReachableGoals:
+    """Answers which goals of one model a runner at rest can still reach. Memoizes answers."""
+
+    def __init__(self, model: BehaviorModel) -> None:
+        """Prepare nothing yet: of most models few states at rest are asked for."""
+        self._model = model
+        self._runs = ContinuedRuns(model, model.planner.name or DEFAULT_PLANNER)
+        self._reached: dict[tuple[int, int], bool] = {}
+        self._lost: dict[int, LostGoals | None] = {}
+        self._plain: tuple[int, ...] | None = None
+
+    @property
+    def are_judged(self) -> bool:
+        """Whether the model has a rule about goals that follow each other, and plans that a search can follow."""
+        model, planner = self._model, PLANNERS[self._model.planner.name or DEFAULT_PLANNER]
+        is_sequence = model.runs.goals is GoalOrder.SEQUENCE
+        return is_sequence and model.runs.plans is not RunPlans.DRAWN and not planner.is_external
+
+    def lost_after(self, state: Mapping[str, Value]) -> LostGoals | None:
+        """Return the goals that no run reaches from a state at rest on, though plain runs leave them open.
+
+        Raises `UnknownReachabilityError`.
+        """
+        try:
+            steps = self._all_steps(is_open=True)
+            values = {each.name: state.get(each.name, each.initial) for each in self._model.running_space}
+            rest = steps[0].rest(self._runs.program.packing.pack(values)).state
+            if rest not in self._lost:
+                self._lost[rest] = self._lost_from(rest)
+            return self._lost[rest]
+        except (SearchTooLongError, PlanningTooLargeError, TooManyRepliesError, TooManyRestsError) as error:
+            raise UnknownReachabilityError from error
+
+    def _lost_from(self, rest: int) -> LostGoals | None:
+        names = [name for name, _ in self._model.goals]
+        lost = [number for number in range(len(names)) if not self._reaches(rest, number) and self._is_open(number)]
+        if not lost:
+            return None
+        return LostGoals(tuple(names[number] for number in lost), self._latch(rest, lost[0]))
+
+    def _is_open(self, goal: int) -> bool:
+        """Return whether a goal can be reached from each state that plain runs leave behind, or has to be."""
+        if self._model.goals[goal][0] in self._model.reachable_again:
+            return True
+        if self._plain is None:
+            self._plain = self._plain_rests()
+        return all(self._reaches(rest, goal) for rest in self._plain)
+
+    # continuations
+
+    def _all_steps(self, *, is_open: bool) -> Sequence[NotedSteps]:
+        return [
+            self._runs.steps(goal, number, is_open=is_open, is_sequence=True)
+            for number, (_, goal) in enumerate(self._model.goals)
+        ]
+
+    def _reaches(self, rest: int, goal: int) -> bool:
+        """Return whether a run can reach a goal from a state at rest on."""
+        if (goal, rest) not in self._reached:
+            continued = self._continued(rest, goal)
+            self._reached[goal, rest] = continued is None
+            for position in continued or ():
+                if position.is_at_rest:
+                    self._reached[goal, position.state] = False
+        return self._reached[goal, rest]
+
+    def _continued(self, rest: int, goal: int) -> Mapping[Position, None] | None:
+        """Return all positions that can follow a state at rest; `None` if a run reaches the goal in one of them.
+
+        The newest position comes first, and changes from outside, deadlines and other goals last.
+        """
+        steps = self._all_steps(is_open=True)
+        start = steps[0].rest(rest)
+        seen, near = {start: None}, [start]
+        later: deque[Position] = deque()
+        while near or later:
+            position = near.pop() if near else later.popleft()
+            for is_direct, number, step in _following(steps, position, goal):
+                if number == goal and _has_reached(step):
+                    return None
+                for target in _targets(steps, step):
+                    if target.is_at_rest and self._reached.get((goal, target.state)):
+                        return None
+                    if target not in seen:
+                        seen[target] = None
+                        near.append(target) if is_direct else later.append(target)
+            if len(seen) > MOST_SITUATIONS:
+                raise SearchTooLongError
+        return seen
+
+    # plain runs
+
+    def _plain_rests(self) -> tuple[int, ...]:
+        """Return the states at rest of all sequences of plain runs, the empty one included."""
+        steps = self._all_steps(is_open=False)
+        starts = (steps[0].start(world_bits(self._runs.program, values)) for values in self._plain_starts())
+        seen = dict.fromkeys(chain.from_iterable(_targets(steps, step) for step in starts))
+        pending = list(seen)
+        while pending:
+            position = pending.pop()
+            for step in _plainly_following(steps, position):
+                new = dict.fromkeys(target for target in _targets(steps, step) if target not in seen)
+                seen |= new
+                pending += new
+            if len(seen) > MOST_SITUATIONS:
+                raise SearchTooLongError
+        return tuple(position.state for position in seen if position.is_at_rest)
+
+    def _plain_starts(self) -> Iterator[dict[str, Value]]:
+        """Yield the initial states with nominal inputs and published values, or all where none of these is allowed."""
+        allowed = InitialStates(self._model)
+        for fixed in (nominal_outside(self._model), {}):
+            found = [each for each in self._beginnings(fixed) if allowed.allows(each)]
+            if found:
+                yield from found
+                return
+
+    def _beginnings(self, fixed: Mapping[str, Value]) -> Iterator[dict[str, Value]]:
+        for group in InitialStates(self._model).beginnings(is_open=not fixed):
+            choices = [(fixed[name],) if name in fixed else values for name, values in group.items()]
+            found = list(islice(product(*choices), MOST_SITUATIONS + 1))
+            if len(found) > MOST_SITUATIONS:
+                raise SearchTooLongError
+            yield from (dict(zip(group, values, strict=True)) for values in found)
+
+    # what keeps a goal from being reached
+
+    def _latch(self, rest: int, goal: int) -> tuple[str, ...]:
+        """Return the smallest set of variables that nothing changes, and whose initial values open the goal again."""
+        kept = self._kept_away(self._continued(rest, goal) or {})
+        sets = chain.from_iterable(combinations(kept, size) for size in range(1, _LARGEST_LATCH + 1))
+        return next((names for names in islice(sets, _MOST_TRIED) if self._opens(rest, goal, names)), ())
+
+    def _kept_away(self, positions: Mapping[Position, None]) -> tuple[str, ...]:
+        """Return the variables of the model that have one value in all positions, which is not their initial one."""
+        states, packing = [position.state for position in positions], self._runs.program.packing
+        names = self._runs.relevance(self._model.goals[0][1]).names
+        found = []
+        for name in names:
+            variable = self._model.running_space[name]
+            if variable.role is Role.DECLARED and len({state & packing[name].mask for state in states}) == 1:
+                found += [name] if packing.value(states[0], name) != variable.initial else []
+        return tuple(found)
+
+    def _opens(self, rest: int, goal: int, names: Iterable[str]) -> bool:
+        space = self._model.running_space
+        keep, bits = self._runs.program.packing.assignment({name: space[name].initial for name in names})
+        steps = self._all_steps(is_open=True)
+        settled = steps[0].start(rest & keep | bits).rests
+        return any(self._reaches(steps[0].rest(each).state, goal) for each in settled)
+
+
+def nominal_outside(model: BehaviorModel) -> dict[str, Value]:
+    """Return the inputs and published variables with their nominal values, with which plain runs begin."""
+    published = (name for resource in model.resources for name in published_by(resource, model))
+    return {name: model.nominal_state[name] for name in dict.fromkeys((*inputs(model), *published))}
+
+
+def _following(steps: Sequence[NotedSteps], position: Position, goal: int) -> Iterator[tuple[bool, int, RunStep]]:
+    """Yield all continuations of a position: whether it is direct, the number of the goal of its run, and the step."""
+    if position.is_at_rest:
+        for number, each in enumerate(steps):
+            yield number == goal, number, each.begin(position.state)
+        yield from ((False, position.goal, step) for _, step in steps[0].at_rest(position))
+        return
+    pursued = steps[position.goal]
+    for happening in pursued.happenings(position):
+        if _may_continue(happening):
+            yield happening.kind in _DIRECT, position.goal, pursued.after(position, happening)
+
+
+_DIRECT = (HappeningKind.ANSWER, HappeningKind.REPLY, HappeningKind.NEXT)
+"""What leads on without anything unusual."""
+
+
+def _may_continue(happening: Happening) -> bool:
+    """Return whether it belongs to a continuation: requests succeed, and no limit ends a run."""
+    if happening.kind is HappeningKind.REPLY:
+        return happening.succeeded
+    return happening.kind is not HappeningKind.TIME_LIMIT
+
+
+def _plainly_following(steps: Sequence[NotedSteps], position: Position) -> Iterator[RunStep]:
+    """Yield what follows in plain runs: a deadline passes only where no reply is awaited."""
+    if position.is_at_rest:
+        yield from (each.begin(position.state) for each in steps)
+        return
+    pursued = steps[position.goal]
+    for happening in pursued.happenings(position):
+        is_fault = happening.kind is HappeningKind.DEADLINE and position.in_flight
+        if _may_continue(happening) and not is_fault:
+            yield pursued.after(position, happening)
+
+
+def _has_reached(step: RunStep) -> bool:
+    return any(note.end is End.REACHED for note in step.notes)
+
+
+def _targets(steps: Sequence[NotedSteps], step: RunStep) -> Iterator[Position]:
+    """Yield the positions after a step: that of the run, or those of the runner at rest after its end."""
+    if step.target is not None:
+        yield step.target
+    yield from map(steps[0].rest, step.rests)
