@@ -51,6 +51,12 @@ class RequirementRules(Rules):
         """What matters of a moment, with the variables that are asked about."""
         return (self.key(run), tuple(run.values[name] for name in self._also))
 
+    @property
+    def outside(self) -> list[str]:
+        """9.1: inputs and published values."""
+        published = [name for resource in self.model.resources for name in self._published(resource)]
+        return [*self._inputs, *published]
+
     def first_steps(self) -> Iterator[Step]:
         """The steps in which the runner starts."""
         for run in self.beginnings():
@@ -201,9 +207,7 @@ def blocked_goals(model: BehaviorModel, most: int) -> tuple[str, ...] | None:
             todo.append(run)
         return key
 
-    nominal = {name: model.nominal_state[name] for group in rules.groups for name in group}
-    moved = [action.target for each in model.environment for action in each.actions]
-    nominal |= {name: model.nominal_state[name] for name in moved}
+    nominal = {name: model.nominal_state[name] for name in rules.outside}
     for step in rules.first_steps():
         is_nominal = all(step.states[0][name] == value for name, value in nominal.items())
         starts.append((found(step.after), is_nominal))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scbm.closing.decisions import Closing, ClosingCase, Decided, Suggestion
     from scbm.proofcheck import Certificate
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 
 
 def closing_json(result: ClosingResult) -> dict[str, Any]:
@@ -83,12 +83,18 @@ def suggestion_json(suggestion: Suggestion) -> dict[str, Any]:
 
 
 def _requirements(closing: Closing, output: ClosingFiles | None) -> dict[str, Any]:
-    """Return the decisions about built-in requirements, with the cases that violate some."""
+    """Return the decisions about requirements, with the cases that violate some."""
     found = closing.requirements
     decided = () if found is None else found.decided
     return {
         "decided": [
-            {"name": each.name, "status": each.status.value, "reason": each.reason, "option": each.option}
+            {
+                "name": each.name,
+                "built_in": each.is_built_in,
+                "status": each.status.value,
+                "reason": each.reason,
+                "option": each.option,
+            }
             | ({} if each.case is None else {"case": each.case})
             for each in decided
         ],

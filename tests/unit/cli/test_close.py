@@ -648,7 +648,7 @@ def test_requirements_as_json(scbm: Scbm, cell: Path) -> None:
     closed = _json(scbm("close", cell, "--requirements", "--json"))
     decided = closed["requirements"]["decided"]
     assert [(each["name"], each["status"]) for each in decided] == [
-        (name, "holds") for name in ("no_orphan", "ready_again", "recovers", "stops")
+        (name, "holds") for name in ("no_orphan", "ready_again", "recovers", "stops", "non_blocking")
     ]
     assert closed["requirements"]["cases"] == []
     assert closed["requirements"]["assumptions"]

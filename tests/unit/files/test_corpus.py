@@ -39,7 +39,13 @@ OF_THE_FILE = {
 }
 """What no model in a repository can cause well: each has a test below."""
 
-OF_MODELS_TOO = {Slug.CONTRADICTION, Slug.UNKNOWN_OBLIGATION, Slug.UNKNOWN_RESOURCE, Slug.UNKNOWN_WORD}
+OF_MODELS_TOO = {
+    Slug.UNKNOWN_GOAL,
+    Slug.CONTRADICTION,
+    Slug.UNKNOWN_OBLIGATION,
+    Slug.UNKNOWN_RESOURCE,
+    Slug.UNKNOWN_WORD,
+}
 OF_NO_MODEL = set(list(Slug)[list(Slug).index(Slug.BAD_OPTION) :]) - OF_MODELS_TOO
 """What commands, traces and `scbm check` report of a model that loads: the groups at the end of the list of slugs."""
 

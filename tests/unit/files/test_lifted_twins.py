@@ -36,6 +36,7 @@ OTHER_WITH_PARAMETERS = {
     "duplicate-name_of_a_resource": "variables of a resource with an index have other names",
     "duplicate-name_of_the_runner": "variables of an operation with parameters have other names",
     "predicate-syntax_incomplete": "`robot_at in home` asks for a type where there are types",
+    "unknown-goal_reachable_again": "it names goals, and those of the twin have an index",
     "unknown-variable_everywhere": "`scanner.req_state` begins with a name that has an index",
     "wrong-shape_key": "a mapping is no key, so it gets no parameter",
 }
@@ -62,6 +63,7 @@ OTHER_WITH_A_PREFIX = {
     "runner-variable_world": "`initial_states` remains in the model, where operations have the prefix",
     "unknown-object_comparisons": "`att` is near to a variable only without the prefix, so it may be an object here",
     "unknown-object_placeholders": "the waiver stands in the model, where `go` needs its prefix",
+    "unknown-goal_reachable_again": "it stands in the model, where goals need their prefix",
     "wrong-index_everywhere": "`open.r` begins with a name of the part, and is none itself",
 }
 """Models whose twins with a prefix have other errors, each with the reason."""
@@ -70,6 +72,7 @@ NEVER_LIFTED = {
     **NO_MAPPING,
     "contradiction_drawn_plans": "`planner` and `runs` stand in the model only, and have no parameters",
     "missing-key_model": "a section is missing, so there is no text",
+    "unknown-goal_reachable_again": "`reachable_again` stands in the model only, and has no parameters",
     "unknown-key_model": "a key of the model is wrong, above all entries",
     "unknown-word_plans": "`runs` stands in the model only, and has no parameters",
     "unknown-word_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
@@ -82,6 +85,7 @@ NEVER_LIFTED = {
 """Models whose error no twin has in a lifted text, each with the reason."""
 
 GROUND_NAMES = {
+    "unknown-goal_reachable_again": "it has no parameters, so ground names can stand there",
     "unknown-variable_everywhere": "`initial_states` has no parameters, so ground names can stand there",
 }
 """Models whose twins have messages with the names of objects, each with the reason."""

@@ -557,3 +557,28 @@ def test_a_recorded_plan_is_judged_as_any_other() -> None:
     plans = (RecordedPlan("solved", ("scan_box",)), RecordedPlan("unsolvable", ()))
     case = Case("case", *model.goals[0], model.nominal_state, rules, plans=plans)
     assert "ready_again" in [v.requirement for v in Tester(model).execute(case).violations]
+
+
+HOLD = """
+behavior_model: held
+variables: {done: {domain: bool, initial: false}}
+resources: {drill: {}, hold: {}}
+operations:
+  work: {request: drill, deadline: 5 s, guard: done == false, effects: [done <- true]}
+automatic_transitions:
+  clamp:
+    g: current.state == executing && hold_req_state == initial && hold_req_trigger == false
+    a: [hold_req_trigger <- true]
+  release: {g: hold_req_state == succeeded && RELEASED, a: [hold_req_trigger <- false, hold_req_state <- initial]}
+goals: {done: done == true}
+"""
+
+
+@pytest.mark.parametrize(
+    ("released", "violated"), [("current.state == initial", []), ("done == true && done == false", ["ready_again"])]
+)
+def test_a_resource_that_only_automatic_transitions_use_is_ready_again(released: str, violated: list[str]) -> None:
+    model = read_model(HOLD.replace("RELEASED", released))
+    rules = (OutcomeRule("drill", 1, 1, Outcome.FAIL, latency_ns=4_000_000_000),)
+    done = Tester(model).execute(Case("case", *model.goals[0], model.nominal_state, rules))
+    assert [v.requirement for v in done.violations if v.requirement == "ready_again"] == violated

@@ -55,7 +55,7 @@ def command(
         ),
     ] = False,
     requirements: Annotated[
-        bool, HelpSection.CASES.option("--requirements", help="Prove or refute the built-in requirements, too.")
+        bool, HelpSection.CASES.option("--requirements", help="Decide the requirements in all runs, built-in ones too.")
     ] = False,
     jobs: Jobs = None,
     out: Annotated[

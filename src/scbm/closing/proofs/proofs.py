@@ -278,7 +278,7 @@ def _runs_argument(runs: AllRuns) -> RunsArgument:
     return RunsArgument(names, tuple(named), runs.goals, runs.plans)
 
 
-MAX_OF_ANY_PLANS = 100_000
+_MAX_OF_ANY_PLANS = 100_000
 """Maximum number of situations of runs with any plans in a model with canonical plans, mostly some times as many."""
 
 
@@ -330,7 +330,7 @@ def explored_for_proofs(  # noqa: PLR0913, PLR0917 - what is explored, how far, 
         if runs is None:
             if limits is None:
                 continue
-            most = limits.situations if plans is declared else min(limits.situations, MAX_OF_ANY_PLANS)
+            most = limits.situations if plans is declared else min(limits.situations, _MAX_OF_ANY_PLANS)
             least = canonical.situations + (canonical.stopped is not None) if canonical and is_canonical else 0
             explored = partial(_explored, model, progress, scope_of_proofs(model, plans), missing)
             bounds = replace(limits, situations=most)

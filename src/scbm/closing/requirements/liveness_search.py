@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from scbm.cases.trace import End
 from scbm.closing.requirements.components import components
@@ -16,7 +16,7 @@ from scbm.testing.continuations.reachable_goals import LIMIT_ENDS
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from scbm.closing.requirements.sentence_monitor import SentenceMonitor
+    from scbm.closing.requirements.sentence_monitor import SentenceJudgement, SentenceMonitor
     from scbm.closing.requirements.violation_search import Judgement, Place
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import Edge, RunGraph
@@ -55,15 +55,16 @@ class LivenessSearch:
             self._look(graph, self._explored(graph))
 
     def _explored(self, graph: RunGraph) -> _Following:
+        """Return all places, each with the steps in which q stays due."""
         following: dict[Place, list[tuple[Edge, Place]]] = {}
 
         def successors(place: Place) -> Iterator[tuple[Edge, Place]]:
-            found = following.setdefault(place, [])
+            kept = following.setdefault(place, [])
             for edge, judged in judged_from(self._monitor, graph, place):
                 self.ends_due = self.ends_due or _ends_due(graph, place[0], edge, judged)
                 if edge.target >= 0:
-                    found.append((edge, (edge.target, judged.memory)))
-            return iter(found)
+                    kept += [(edge, (edge.target, True))] if cast("SentenceJudgement", judged).stays else []
+                    yield edge, (edge.target, judged.memory)
 
         search = BreadthFirst(((0, self._monitor.start),), successors)
         search.expand(self._most)

@@ -52,10 +52,12 @@ class RequestMonitor:
     Attributes:
         judges: the names of the requirements that it is about.
         start: what is remembered before the first step.
+        memories: all that may be remembered: not listed.
     """
 
     judges: ClassVar[tuple[str, ...]] = (BuiltIn.NO_ORPHAN.value, BuiltIn.READY_AGAIN.value, BuiltIn.STOPS.value)
     start: ClassVar[RequestMemory] = RequestMemory()
+    memories: ClassVar[tuple[RequestMemory, ...]] = ()
 
     def __init__(self, model: BehaviorModel, program: Program) -> None:
         self._program = program

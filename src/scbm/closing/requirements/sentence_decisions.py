@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
-from scbm.closing.proofs.proofs import MAX_OF_ANY_PLANS
 from scbm.closing.requirements.blocking_search import BlockingSearch
 from scbm.closing.requirements.liveness_search import LivenessSearch
 from scbm.closing.requirements.sentence_monitor import SentenceMonitor
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 
 _BESIDE = 2
 """A requirement remembers one of two things of a run."""
+
+_SHARE_OF_ANY_PLANS = 100
+"""The divisor of the limit of situations for runs with any plans: often they are many times those of canonical ones."""
 
 _NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
 _ENDLESS = "runs may repeat {} without end before it is satisfied, and no case can show that"
@@ -79,21 +82,24 @@ class SentenceDecisions:
     @property
     def watched_together(self) -> tuple[Predicate, ...]:
         """The predicates of the requirements that read nothing but what runs depend on anyway."""
-        return _predicates(self._together)
+        return _predicates(self._by_variables.get((), ()))
 
-    @property
-    def _together(self) -> tuple[Requirement, ...]:
+    @cached_property
+    def _by_variables(self) -> Mapping[tuple[str, ...], Sequence[Requirement]]:
+        """The requirements by the variables that they read and runs do not depend on."""
         program = self._cases.tester.program
         names = dict.fromkeys(Relevance(program.model, program.packing).names)
-        return tuple(r for r in self._requirements if all(name in names for name in r.sentence.reads()))
+        found: dict[tuple[str, ...], list[Requirement]] = {}
+        for requirement in self._requirements:
+            more = tuple(sorted(name for name in requirement.sentence.reads() if name not in names))
+            found.setdefault(more, []).append(requirement)
+        return found
 
     def decide(self, runs: AllRuns) -> None:
-        """Decide all requirements: those that `runs` watch, and each other one in an exploration of its own."""
-        self._decide_in(runs, self._together)
-        for requirement in self._requirements:
-            if requirement not in self._together:
-                scope = replace(runs.scope, watched=_predicates((requirement,)))
-                self._decide_in(self._explore(scope, None), (requirement,))
+        """Decide all requirements: those that `runs` watch, and others in explorations that keep more variables."""
+        for more, requirements in self._by_variables.items():
+            scope = replace(runs.scope, watched=_predicates(requirements))
+            self._decide_in(self._explore(scope, None) if more else runs, requirements)
 
     def leaves_behind_no_more(self, rests: Mapping[int, None], runs: AllRuns) -> bool:
         """Return whether histories with any plans leave no other states at rest behind than canonical plans do."""
@@ -124,7 +130,7 @@ class SentenceDecisions:
             return runs
         if self._any_plans is not None and self._any_plans.scope.watched == runs.scope.watched:
             return self._any_plans
-        most = min(self._limits.situations, MAX_OF_ANY_PLANS)
+        most = self._limits.situations // _SHARE_OF_ANY_PLANS
         if runs.situations > most or runs.other_planner is not None:
             return None
         scope = replace(runs.scope, plans=PlanSet.ANY)

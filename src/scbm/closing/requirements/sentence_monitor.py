@@ -20,10 +20,12 @@ class SentenceJudgement(NamedTuple):
     Attributes:
         memory: what is remembered after it.
         violated: the name of the requirement, if the step violates it.
+        stays: whether what is remembered was `True` before the step, and in each state of it.
     """
 
     memory: bool
     violated: tuple[str, ...]
+    stays: bool = False
 
 
 class SentenceMonitor:
@@ -31,9 +33,11 @@ class SentenceMonitor:
 
     Attributes:
         start: what is remembered before the first step.
+        memories: all that may be remembered.
     """
 
     start = False
+    memories = (False, True)
 
     def __init__(self, requirement: Requirement, watched: Sequence[Predicate]) -> None:
         """`watched` are the predicates whose truth the notes have, in this order."""
@@ -41,6 +45,7 @@ class SentenceMonitor:
         self._sentence = requirement.sentence
         self._bits = tuple(watched.index(each) for each in requirement.sentence.predicates)
         self._known: dict[tuple[bool, int], _FollowedNotes] = {}
+        self._after_states: dict[tuple[SentenceJudgement, int], SentenceJudgement] = {}
 
     def judged(
         self,
@@ -72,7 +77,7 @@ class SentenceMonitor:
             yield from (judgement for rest, judgement in followed.cut_offs if rest == NOWHERE)
 
     def _followed(self, memory: bool, notes: tuple[RunNote, ...]) -> _FollowedNotes:  # noqa: FBT001 - as above
-        last = SentenceJudgement(memory, ())
+        last = SentenceJudgement(memory, (), stays=memory)
         cut_offs: list[tuple[int, SentenceJudgement]] = []
         ends: list[tuple[int, SentenceJudgement]] = []
         for note in notes:
@@ -90,8 +95,12 @@ class SentenceMonitor:
         return _FollowedNotes(last, tuple(dict.fromkeys(cut_offs)), tuple(dict.fromkeys(ends)))
 
     def _after(self, before: SentenceJudgement, truths: int) -> SentenceJudgement:
-        memory, is_violated = self._sentence.watched(before.memory, [bool(truths >> bit & 1) for bit in self._bits])
-        return SentenceJudgement(memory, self._names if is_violated else before.violated)
+        key = before, truths
+        if key not in self._after_states:
+            memory, is_violated = self._sentence.watched(before.memory, [bool(truths >> bit & 1) for bit in self._bits])
+            violated = self._names if is_violated else before.violated
+            self._after_states[key] = SentenceJudgement(memory, violated, stays=before.stays and memory)
+        return self._after_states[key]
 
 
 class _FollowedNotes(NamedTuple):

@@ -45,6 +45,11 @@ class RunMonitor(Protocol):
         ...
 
     @property
+    def memories(self) -> tuple[Memory, ...]:
+        """All that may be remembered; empty if that is too much to list."""
+        ...
+
+    @property
     def judged(self) -> Callable[..., Iterator[Judgement]]:
         """The function that gets memory, notes, the packed state after the step, and whether a limit cuts it off."""
         ...
@@ -87,6 +92,8 @@ class ViolationSearch:
         found: dict[str, None] = {}
         left = self._most
         for graph in self._runs.graphs:
+            if not self._may_violate(graph):
+                continue
 
             def successors(place: Place, graph: RunGraph = graph) -> Iterator[tuple[Edge, Place]]:
                 for edge, judged in judged_from(self._monitor, graph, place):
@@ -99,6 +106,17 @@ class ViolationSearch:
             self.is_complete = self.is_complete and not search.frontier
             left = max(0, left - search.expanded)
         return tuple(found)
+
+    def _may_violate(self, graph: RunGraph) -> bool:
+        """Return whether a step of a graph violates something if any memory may precede it; unknown counts as yes."""
+        memories = self._monitor.memories
+        return not memories or any(
+            judged.violated
+            for notes in graph.distinct_notes
+            for memory in memories
+            for is_cut_off in (False, True)
+            for judged in self._monitor.judged(memory, notes, None, is_cut_off=is_cut_off)
+        )
 
     def walks(self, names: tuple[str, ...]) -> Iterator[ViolatingWalk]:
         """Yield walks that violate these requirements, for each graph the shortest ones first."""

@@ -31,7 +31,7 @@ from scbm.running.untimed.situations import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.model import Predicate, Value
     from scbm.running import Program
@@ -135,6 +135,11 @@ class RunGraph(Struct):
     def notes(self, edge: int) -> tuple[RunNote, ...]:
         """Return the notes about the step of an edge; of one that a limit cuts off those about the whole step."""
         return self._notes[edge]
+
+    @property
+    def distinct_notes(self) -> Iterable[tuple[RunNote, ...]]:
+        """The notes about steps, each once."""
+        return {id(notes): notes for notes in self._notes}.values()
 
     def label(self, edge: int) -> Happening | Start:
         """Return the event of an edge; the initial state for the first edge of a path."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from scbm.planning import DEFAULT_PLANNER, PlanCache, Planner, Solved, Unsolvable
+from scbm.planning import DEFAULT_PLANNER, PlanCache, PlanLimits, Planner, Solved, Unsolvable
 from scbm.running import Program
 from scbm.running.untimed.noted_steps import NotedSteps
 from scbm.running.untimed.plan_queues import CanonicalQueues
@@ -20,6 +20,9 @@ MOST_SITUATIONS = 5_000
 """Maximum number of situations of one search: a fraction of a second. What a longer search finds is unknown."""
 
 
+_DEFAULT_LIMITS = PlanLimits()
+
+
 class SearchTooLongError(Exception):
     """A search has found more situations than it may."""
 
@@ -31,9 +34,18 @@ class ContinuedRuns:
         model: the model.
     """
 
-    def __init__(self, model: BehaviorModel, planner: str = DEFAULT_PLANNER) -> None:
-        """Compile nothing yet: most runs need no search. `planner` is the name of the planner of the runs."""
+    def __init__(
+        self, model: BehaviorModel, planner: str = DEFAULT_PLANNER, limits: PlanLimits = _DEFAULT_LIMITS
+    ) -> None:
+        """Compile nothing yet: most runs need no search.
+
+        Args:
+            model: the model.
+            planner: the name of the planner of the runs.
+            limits: the limits of each plan; where one is met, `PlanningTooLargeError` is raised.
+        """
         self.model = model
+        self._limits = limits
         self._planner_name = planner
         self._steps: dict[tuple[Predicate, int, bool, bool], NotedSteps] = {}
 
@@ -71,7 +83,7 @@ class ContinuedRuns:
         return Program(self.model)
 
     def _answer(self, state: int, goal: Predicate) -> Answer:
-        answer = self._plans.plan(self.program.packing.values(state), goal)
+        answer = self._plans.plan(self.program.packing.values(state), goal, self._limits)
         if isinstance(answer, Solved | Unsolvable):
             return answer
         raise PlanningTooLargeError

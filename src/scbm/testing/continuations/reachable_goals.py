@@ -8,13 +8,15 @@ nothing is left to follow.
 from __future__ import annotations
 
 from collections import deque
+from contextlib import suppress
+from functools import cached_property
 from itertools import chain, combinations, islice, product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from scbm.cases.trace import End
 from scbm.model import GoalOrder, Role, RunPlans
 from scbm.model.sources import InitialStates, inputs, published_by
-from scbm.planning import DEFAULT_PLANNER, PLANNERS
+from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
 from scbm.running.untimed.situations import (
     HappeningKind,
     PlanningTooLargeError,
@@ -25,7 +27,7 @@ from scbm.running.untimed.situations import (
 from scbm.testing.continuations.continued_runs import MOST_SITUATIONS, ContinuedRuns, SearchTooLongError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Value
     from scbm.running.untimed.noted_steps import NotedSteps
@@ -34,11 +36,19 @@ if TYPE_CHECKING:
 LIMIT_ENDS = (End.TIME_LIMIT, End.REPLAN_LIMIT, End.PLANNER_LIMIT, End.NO_PLAN_FOUND)
 """The ends of runs that a limit ended: such histories do not count."""
 
+_PLAN_LIMITS = PlanLimits(expansions=1_000)
+"""The limits of each plan of a search, which needs a plan in many of its situations."""
+
 _MOST_TRIED = 200
 """Maximum number of sets of variables that are tried to name a latch."""
 
 _LARGEST_LATCH = 3
 """Maximum number of variables of a latch; a larger set explains little."""
+
+
+_TOO_LARGE = (SearchTooLongError, PlanningTooLargeError, TooManyRepliesError, TooManyRestsError)
+
+Answer = TypeVar("Answer")
 
 
 class UnknownReachabilityError(Exception):
@@ -58,16 +68,23 @@ class LostGoals(NamedTuple):
     latch: tuple[str, ...] = ()
 
 
+class _ReachMemory(dict[tuple[int, int], bool]):
+    """For a goal and a state at rest whether a run reaches the goal from there."""
+
+
 class ReachableGoals:
-    """Answers which goals of one model a runner at rest can still reach. Memoizes answers."""
+    """Answers which goals of one model a runner at rest can still reach.
+
+    Answers are memoized. What is unknown depends on the model and the state alone, never on the states that were asked
+    for before: each answer has its own memory of what is reached.
+    """
 
     def __init__(self, model: BehaviorModel) -> None:
         """Prepare nothing yet: of most models few states at rest are asked for."""
         self._model = model
-        self._runs = ContinuedRuns(model, model.planner.name or DEFAULT_PLANNER)
-        self._reached: dict[tuple[int, int], bool] = {}
-        self._lost: dict[int, LostGoals | None] = {}
-        self._plain: tuple[int, ...] | None = None
+        self._runs = ContinuedRuns(model, model.planner.name or DEFAULT_PLANNER, _PLAN_LIMITS)
+        self._lost: dict[int, tuple[LostGoals | None] | None] = {}
+        self._open: dict[int, tuple[bool] | None] = {}
 
     @property
     def are_judged(self) -> bool:
@@ -81,30 +98,41 @@ class ReachableGoals:
 
         Raises `UnknownReachabilityError`.
         """
-        try:
-            steps = self._all_steps(is_open=True)
-            values = {each.name: state.get(each.name, each.initial) for each in self._model.running_space}
-            rest = steps[0].rest(self._runs.program.packing.pack(values)).state
-            if rest not in self._lost:
-                self._lost[rest] = self._lost_from(rest)
-            return self._lost[rest]
-        except (SearchTooLongError, PlanningTooLargeError, TooManyRepliesError, TooManyRestsError) as error:
-            raise UnknownReachabilityError from error
+        values = {each.name: state.get(each.name, each.initial) for each in self._model.running_space}
+        return _known(self._lost, self._runs.program.packing.pack(values), self._lost_from)
 
-    def _lost_from(self, rest: int) -> LostGoals | None:
-        names = [name for name, _ in self._model.goals]
-        lost = [number for number in range(len(names)) if not self._reaches(rest, number) and self._is_open(number)]
+    def _lost_from(self, state: int) -> LostGoals | None:
+        rest, reached = self._all_steps(is_open=True)[0].rest(state).state, _ReachMemory()
+        lost = [goal for goal in range(len(self._model.goals)) if self._is_lost(rest, goal, reached)]
         if not lost:
             return None
-        return LostGoals(tuple(names[number] for number in lost), self._latch(rest, lost[0]))
+        names = tuple(self._model.goals[goal][0] for goal in lost)
+        return LostGoals(names, self._latch(rest, lost[0], reached))
+
+    def _is_lost(self, rest: int, goal: int, reached: _ReachMemory) -> bool:
+        """Return whether an open goal cannot be reached; the search from here is spared where it is known to be closed.
+
+        A search that takes too long does not matter if the goal is not open.
+        """
+        if self._open.get(goal) == (False,):
+            return False
+        try:
+            is_reached = self._reaches(rest, goal, reached)
+        except _TOO_LARGE:
+            if self._is_open(goal):
+                raise
+            return False
+        return not is_reached and self._is_open(goal)
 
     def _is_open(self, goal: int) -> bool:
         """Return whether a goal can be reached from each state that plain runs leave behind, or has to be."""
+        return _known(self._open, goal, self._is_open_after_plain_runs)
+
+    def _is_open_after_plain_runs(self, goal: int) -> bool:
         if self._model.goals[goal][0] in self._model.reachable_again:
             return True
-        if self._plain is None:
-            self._plain = self._plain_rests()
-        return all(self._reaches(rest, goal) for rest in self._plain)
+        reached = _ReachMemory()
+        return all(self._reaches(rest, goal, reached) for rest in self._plain_rests)
 
     # continuations
 
@@ -114,17 +142,17 @@ class ReachableGoals:
             for number, (_, goal) in enumerate(self._model.goals)
         ]
 
-    def _reaches(self, rest: int, goal: int) -> bool:
+    def _reaches(self, rest: int, goal: int, reached: _ReachMemory) -> bool:
         """Return whether a run can reach a goal from a state at rest on."""
-        if (goal, rest) not in self._reached:
-            continued = self._continued(rest, goal)
-            self._reached[goal, rest] = continued is None
+        if (goal, rest) not in reached:
+            continued = self._continued(rest, goal, reached)
+            reached[goal, rest] = continued is None
             for position in continued or ():
                 if position.is_at_rest:
-                    self._reached[goal, position.state] = False
-        return self._reached[goal, rest]
+                    reached[goal, position.state] = False
+        return reached[goal, rest]
 
-    def _continued(self, rest: int, goal: int) -> Mapping[Position, None] | None:
+    def _continued(self, rest: int, goal: int, reached: _ReachMemory) -> Mapping[Position, None] | None:
         """Return all positions that can follow a state at rest; `None` if a run reaches the goal in one of them.
 
         The newest position comes first, and changes from outside, deadlines and other goals last.
@@ -139,7 +167,7 @@ class ReachableGoals:
                 if number == goal and _has_reached(step):
                     return None
                 for target in _targets(steps, step):
-                    if target.is_at_rest and self._reached.get((goal, target.state)):
+                    if target.is_at_rest and reached.get((goal, target.state)):
                         return None
                     if target not in seen:
                         seen[target] = None
@@ -150,6 +178,7 @@ class ReachableGoals:
 
     # plain runs
 
+    @cached_property
     def _plain_rests(self) -> tuple[int, ...]:
         """Return the states at rest of all sequences of plain runs, the empty one included."""
         steps = self._all_steps(is_open=False)
@@ -185,11 +214,11 @@ class ReachableGoals:
 
     # what keeps a goal from being reached
 
-    def _latch(self, rest: int, goal: int) -> tuple[str, ...]:
+    def _latch(self, rest: int, goal: int, reached: _ReachMemory) -> tuple[str, ...]:
         """Return the smallest set of variables that nothing changes, and whose initial values open the goal again."""
-        kept = self._kept_away(self._continued(rest, goal) or {})
+        kept = self._kept_away(self._continued(rest, goal, reached) or {})
         sets = chain.from_iterable(combinations(kept, size) for size in range(1, _LARGEST_LATCH + 1))
-        return next((names for names in islice(sets, _MOST_TRIED) if self._opens(rest, goal, names)), ())
+        return next((names for names in islice(sets, _MOST_TRIED) if self._opens(rest, goal, names, reached)), ())
 
     def _kept_away(self, positions: Mapping[Position, None]) -> tuple[str, ...]:
         """Return the variables of the model that have one value in all positions, which is not their initial one."""
@@ -202,12 +231,24 @@ class ReachableGoals:
                 found += [name] if packing.value(states[0], name) != variable.initial else []
         return tuple(found)
 
-    def _opens(self, rest: int, goal: int, names: Iterable[str]) -> bool:
+    def _opens(self, rest: int, goal: int, names: Iterable[str], reached: _ReachMemory) -> bool:
         space = self._model.running_space
         keep, bits = self._runs.program.packing.assignment({name: space[name].initial for name in names})
         steps = self._all_steps(is_open=True)
         settled = steps[0].start(rest & keep | bits).rests
-        return any(self._reaches(steps[0].rest(each).state, goal) for each in settled)
+        return any(self._reaches(steps[0].rest(each).state, goal, reached) for each in settled)
+
+
+def _known(memory: dict[int, tuple[Answer] | None], key: int, find: Callable[[int], Answer]) -> Answer:
+    """Return a memoized answer; raise `UnknownReachabilityError` each time if finding it takes too long."""
+    if key not in memory:
+        memory[key] = None
+        with suppress(UnknownReachabilityError, *_TOO_LARGE):
+            memory[key] = (find(key),)
+    answer = memory[key]
+    if answer is None:
+        raise UnknownReachabilityError
+    return answer[0]
 
 
 def nominal_outside(model: BehaviorModel) -> dict[str, Value]:

@@ -52,7 +52,7 @@ def decide(model: BehaviorModel, limits: CloseLimits = LIMITS, suite: tuple[Case
 
 
 def statuses(decisions: RequirementDecisions) -> dict[str, RequirementStatus]:
-    return {each.name: each.status for each in decisions.decided}
+    return {each.name: each.status for each in decisions.decided if each.is_built_in}
 
 
 def decided(decisions: RequirementDecisions, name: str) -> DecidedRequirement:
@@ -318,3 +318,49 @@ def test_an_interruption_leaves_what_is_not_decided_open() -> None:
     decisions = RequirementCloser(model, CloseLimits(), interrupt).decide(Campaign.of(model, ()), closing_of(model))
     assert decisions.is_interrupted
     assert statuses(decisions)["recovers"] is UNDECIDED
+
+
+# requirements of the user
+
+
+def test_a_race_that_few_random_cases_have_is_found() -> None:
+    model = load_model(ROOT / "tests/models/possible_runs/gate_race.yaml")
+    found = decided(decide(model), model.requirements[0].name)
+    assert (found.status, found.is_built_in) == (VIOLATED, False)
+    assert found.execution is not None
+    (change,) = found.execution.case.environment or ()
+    assert change.by == "open_door"
+    again = Tester(model).execute(read_case(write_case(found.execution.case, model, "model.yaml"), model))
+    assert next((each.kind, each.subject) for each in again.verdict.failures) == (FailureKind.REQUIREMENT, found.name)
+
+
+TIMED = """
+requirements:
+  at_once: scan_req_state == failed leads to scan_req_trigger == false within 1 s
+  in_time: scan_req_trigger == true leads to box_is_scanned == true within 1 min
+  some_day: scan_req_trigger == true leads to scan_req_trigger == false
+  never_ends: scan_req_trigger == true leads to light == blue
+"""
+
+
+def test_times_are_left_to_cases_unless_nothing_takes_time() -> None:
+    model = scan_cell(more=TIMED)
+    decisions = decide(model)
+    statuses_of_user = {each.name: each.status for each in decisions.decided if not each.is_built_in}
+    assert statuses_of_user == {
+        "at_once": HOLDS,
+        "in_time": RequirementStatus.CASES_ONLY,
+        "some_day": HOLDS,
+        "never_ends": VIOLATED,
+    }
+    assert not decisions.is_open
+
+
+def test_a_requirement_of_the_command_line_stands_in_its_case() -> None:
+    model = scan_cell(more=TIMED)
+    extra = replace(model.requirements[3], name="mine")
+    plain = replace(model, requirements=())
+    closer = RequirementCloser(plain, LIMITS, lambda _: None, extra=(extra,))
+    found = decided(closer.decide(Campaign.of(plain, ()), closing_of(plain)), "mine")
+    assert found.execution is not None
+    assert found.execution.case.requirements == (extra,)

@@ -1,0 +1,99 @@
+"""`non_blocking` in cases and in all runs (semantics 7.12): what runs leave reachable for the runs after them."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from scbm.cases import Case, CaseLimits
+from scbm.closing import CloseLimits
+from scbm.closing.decisions import DecidedRequirement, RequirementStatus
+from scbm.closing.requirements.requirement_closer import RequirementCloser
+from scbm.files import read_model
+from scbm.model import BehaviorModel, GoalOrder, RunPlans, RunsDeclaration
+from scbm.testing import Campaign, Execution, RandomCases, Tester
+from support.closings import closing_of
+from support.wording import Wording
+
+STOPPED = """
+behavior_model: stopped
+variables:
+  item: {domain: [shelf, gripped, placed], initial: shelf}
+  preempt: {domain: [none, asked], initial: none, source: state}
+  stop: {domain: [up, down], initial: up}
+resources:
+  arm: {simulation: {latency: 4 s}}
+operations:
+  grip: {request: arm, deadline: 20 s, guard: item == shelf, effects: [item <- gripped]}
+  place: {request: arm, deadline: 20 s, guard: item == gripped, effects: [item <- placed]}
+automatic_transitions:
+  ask: {g: stop == down && preempt == none && current.state == executing, a: [preempt <- asked]}
+  leave: {g: preempt == asked && current.state == executing, a: [plan.state <- aborted]}
+environment:
+  press: {guard: stop == up, actions: [stop <- down], every: {exponential: 10 s}}
+  pull: {guard: stop == down, actions: [stop <- up], after: 1 s}
+goals:
+  placed: {goal: item == placed, may_end: [aborted]}
+"""
+FORGETS = ("environment:", "  forget: {g: stop == up && preempt == asked, a: [preempt <- none]}\nenvironment:")
+
+
+def model_of(*replacements: tuple[str, str]) -> BehaviorModel:
+    text = STOPPED
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new)
+    return read_model(text)
+
+
+def failing(model: BehaviorModel, count: int = 20) -> list[Execution]:
+    tester, random = Tester(model), RandomCases(model)
+    runs = [tester.execute(random.case(1, number)) for number in range(1, count + 1)]
+    return [run for run in runs if "non_blocking" in [each.requirement for each in run.violations]]
+
+
+def decided(model: BehaviorModel) -> DecidedRequirement:
+    closer = RequirementCloser(model, CloseLimits(), lambda _: None)
+    found = closer.decide(Campaign.of(model, ()), closing_of(model)).decided
+    return next(each for each in found if each.name == "non_blocking")
+
+
+def test_a_stop_that_nothing_resets_is_found_with_its_latch(wording: Wording) -> None:
+    model = model_of()
+    run = failing(model)[0]
+    wording(str(run.verdict.failures[0]))
+    found = decided(model)
+    assert found.status is RequirementStatus.VIOLATED
+    assert found.execution is not None
+    case = found.execution.case
+    assert ([change.by for change in case.environment or ()], len(case.goals)) == (["press"], 1)
+
+
+def test_a_stop_that_is_forgotten_is_none() -> None:
+    model = model_of(FORGETS)
+    assert not failing(model)
+    assert decided(model).holds
+
+
+def test_what_plain_runs_close_may_be_closed_unless_it_has_to_be_reachable_again() -> None:
+    shelf = ("goals:\n", "goals:\n  back: item == shelf\n")
+    assert not failing(model_of(FORGETS, shelf))
+    strict = model_of(FORGETS, shelf, ("goals:\n", "reachable_again: [back]\ngoals:\n"))
+    assert failing(strict)
+    assert decided(strict).status is RequirementStatus.VIOLATED
+
+
+def test_it_is_not_judged_after_a_limit_with_single_goals_or_drawn_plans() -> None:
+    model = model_of()
+    run = failing(model)[0]
+    limited = replace(run.closed_case, origin=None, limits=CaseLimits(time_ns=1))
+    assert not Tester(model).execute(limited).violations
+    assert not failing(replace(model, runs=RunsDeclaration(GoalOrder.SINGLE)))
+    assert not failing(replace(model, runs=RunsDeclaration(plans=RunPlans.DRAWN)))
+
+
+def test_a_goal_of_the_case_alone_is_none_of_the_model() -> None:
+    model = model_of()
+    case = failing(model)[0].closed_case
+    other = replace(case, goal="other", origin=None)
+    assert isinstance(other, Case)
+    assert "non_blocking" not in [each.requirement for each in Tester(model).execute(other).violations]
