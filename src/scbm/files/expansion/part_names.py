@@ -54,8 +54,10 @@ _TEXT_KEYS = (
 _PLAIN_KEYS = ("may_end", "reachable_again")
 """Keys under which no names stand, wherever they are."""
 
-_TOKEN = re.compile(r"(?<!\w)(?!(?:min|max)\s*\()[A-Za-z_]\w*(?:\.\w+)*", re.ASCII)
-"""A name; `min` and `max` before a bracket are none."""
+_TOKEN = re.compile(
+    r"(?<!\w)(?!(?:min|max)\s*\(|(?:forall|exists|count|sum|min|max)\s+\w+\s+in\b)[A-Za-z_]\w*(?:\.\w+)*", re.ASCII
+)
+"""A name; `min` and `max` before a bracket are none, nor are words of quantifiers."""
 
 _OPERATOR = re.compile(r"[-+]|[=!<>]=|[<>]|&&|\|\|")
 """An operator of predicates or sums; `->` and `<-` have one of these characters, too."""
