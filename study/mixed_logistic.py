@@ -33,6 +33,9 @@ _STEP = 1e-4
 _NEWTON = 100
 """Maximum number of steps of Newton's method."""
 
+_KNOWN = 1e-3
+"""The information about the log of the deviation below which it is noise of the derivatives, of either sign."""
+
 
 @dataclass(frozen=True, slots=True)
 class OddsRatio:
@@ -81,7 +84,8 @@ def mixed_logistic(models: Sequence[SuiteCounts]) -> MixedLogistic | None:
         return None
     likelihood = MarginalLikelihood(varying)
     estimate = likelihood.maximum()
-    scores, information = likelihood.scores(estimate), likelihood.information(estimate)
+    information = likelihood.information(estimate)
+    scores = likelihood.scores(estimate)[:, : len(information)]
     inverse = np.linalg.inv(information)
     between = len(varying) / (len(varying) - 1) * scores.T @ scores
     robust, narrow = (np.sqrt(np.diag(each)) for each in (inverse @ between @ inverse, inverse))
@@ -157,10 +161,15 @@ class MarginalLikelihood:
         return np.asarray(self.scores(parameters).sum(axis=0))
 
     def information(self, parameters: Floats) -> Floats:
-        """Return the second derivatives of the log likelihood of all models, negated."""
+        """Return the second derivatives of the log likelihood of all models, negated.
+
+        Where the intercepts do not differ, nothing is known of the log of their deviation, which has no end: then the
+        derivatives are those of the first three parameters only.
+        """
         steps = np.eye(len(parameters)) * _STEP
         rows = [(self.gradient(parameters - step) - self.gradient(parameters + step)) / (2 * _STEP) for step in steps]
-        return np.asarray((np.array(rows) + np.array(rows).T) / 2)
+        information = (np.array(rows) + np.array(rows).T) / 2
+        return np.asarray(information if information[3, 3] > _KNOWN else information[:3, :3])
 
     def maximum(self) -> Floats:
         """Return the most likely parameters."""
@@ -174,8 +183,10 @@ class MarginalLikelihood:
         )
         estimate = np.asarray(found.x)
         for _ in range(_NEWTON):  # the last digits, by Newton's method
-            step = np.clip(np.linalg.solve(self.information(estimate), self.gradient(estimate)), -1, 1)
-            estimate = np.asarray(estimate + step)
+            information = self.information(estimate)
+            known = len(information)
+            step = np.clip(np.linalg.solve(information, self.gradient(estimate)[:known]), -1, 1)
+            estimate[:known] += step
             if np.abs(step).max() < 1e-8:  # noqa: PLR2004 - far below what the report shows
                 break
         return estimate

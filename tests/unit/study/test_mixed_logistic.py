@@ -74,3 +74,11 @@ def test_a_model_whose_coverage_does_not_vary_does_not_count() -> None:
     constant = SuiteCounts((2, 4, 8), (5, 5, 5), (1, 2, 3), 9)
     assert estimated((*MODELS, constant)) == estimated(MODELS)
     assert mixed_logistic([MODELS[0], constant]) is None
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_models_that_do_not_differ_have_intervals_like_those_that_do(seed: int) -> None:
+    found = estimated((drawn(seed, 20, 0), drawn(seed + 100, 20, 0)))
+    for ratio in (found.coverage, found.cases):
+        assert 0 < ratio.low < ratio.value < ratio.high
+        assert 0 < ratio.narrow[0] < ratio.value < ratio.narrow[1]
