@@ -1,0 +1,1 @@
+"""Types of ROS 2: their definitions, the values of their fields, their bytes and their hashes."""
