@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -70,9 +70,10 @@ class NodeProcess:
         process: of the operating system.
     """
 
-    def __init__(self, command: list[str], directory: Path) -> None:
+    def __init__(self, command: list[str], directory: Path, environment: Mapping[str, str] | None = None) -> None:
+        pipe = subprocess.PIPE
         self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=directory
+            command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, cwd=directory, env=environment
         )
         self._output_lines: list[str] = []
         self._complained: list[str] = []
@@ -115,6 +116,10 @@ class NodeProcess:
         """SIGKILL, and it is gone."""
         self.process.kill()
         self.process.wait(GUARD_S)
+
+    def end(self) -> None:
+        """Kill it, if it still runs, and forget its output."""
+        _end(self.process)
 
     def ends(self, guard_s: float = GUARD_S) -> Ended:
         """Waits until it ends."""

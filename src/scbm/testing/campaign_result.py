@@ -99,6 +99,8 @@ class CampaignResult(Struct, frozen=True):
         dry: after how many random cases in a row that visit nothing new the campaign ends; `None` for never.
         ended_early: the number of finished cases in words, if the campaign ended early; else empty.
         where: a description of the nodes that ran the cases; empty for simulation.
+        verb: the command without model and options.
+        node_options: the options for the same nodes, each with a leading blank; empty for simulation.
         store: the store that the cases were added to; `None` for none.
         groups: the number of cases of each kind in words; if empty, written and random cases are counted.
     """
@@ -114,6 +116,8 @@ class CampaignResult(Struct, frozen=True):
     dry: int | None = None
     ended_early: str = ""
     where: str = ""
+    verb: str = "scbm test"
+    node_options: str = ""
     store: Path | None = None
     groups: tuple[str, ...] = ()
 

@@ -436,3 +436,32 @@ def test_why_nobody_is_there_is_reported_for_each_service_that_is_missing() -> N
         assert "`/blink`" not in body.why
 
     run(scene())
+
+
+class Doubtful(LoopbackBus):
+    """A bus whose servers may not understand calls."""
+
+    def client(  # type: ignore[override] # what the protocol says of it is enough here
+        self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
+    ) -> Client:
+        made = super().client(service, receive, matched)
+        made.why_doubtful = lambda: "perhaps"  # type: ignore[assignment, method-assign] # as another vendor
+        return made
+
+
+@pytest.mark.parametrize("is_answered", [True, False])
+def test_the_first_call_that_is_cancelled_without_any_response_is_reported(is_answered: bool) -> None:  # noqa: FBT001 - a case
+    async def scene() -> None:
+        hub, heard, complaints = LoopbackHub(), Heard(), list[str]()
+        hub.join("driver").serve(Service("/scan", TRIGGER), lambda _: {"success": True, "message": ""})
+        bus = Doubtful(hub, "controller", asyncio.get_running_loop())
+        link = ServiceLink(LinkContext(bus, resource(SCAN), heard, complaints.append, monotonic_ns))
+        if is_answered:
+            link.send(Correlation("run", 1), ())
+            await heard.until(lambda: bool(heard.replies))
+        for number in (2, 3):
+            link.send(Correlation("run", number), ())
+            link.cancel(Correlation("run", number))
+        assert complaints == ([] if is_answered else ["request 2 to `scanner` got no response: perhaps"])
+
+    run(scene())

@@ -264,14 +264,20 @@ class NodeOptions(Struct, frozen=True):
     planner: tuple[str, ...] = ()
 
     @property
+    def verb(self) -> str:
+        """The command that runs cases over these nodes, without model and options."""
+        return "scbm test" if self.starts else "scbm node tester"
+
+    @property
     def options(self) -> str:
         """The options that give the same nodes, each with a leading blank."""
+        transport = f" --transport {self.transport}" if self.starts else transport_option(self.transport)
         domain = f" --domain {self.domain}{self.interface_option}" if TRANSPORTS[self.transport].joins_processes else ""
         scale = "" if self.time_scale == 1 else f" --time-scale {self.time_scale}"
         bindings = "" if self.bindings is None else f" --bindings {shell_word(str(self.bindings))}"
         real = "".join(f" --real {name}" for name in self.real)
         via = "" if self.via is Via.DDS else f" --via {self.via}"
-        return f" --transport {self.transport}{domain}{scale}{bindings}{real}{via}"
+        return f"{transport}{domain}{scale}{bindings}{real}{via}"
 
     @property
     def interface_option(self) -> str:

@@ -194,6 +194,6 @@ def command(
         failures=failures,
         planner=tuple(planner.words),
     )
-    again = f"scbm test {shown_path(str(model))}{suite.test_options}{asked.options}"
+    again = f"{asked.verb} {shown_path(str(model))}{suite.test_options}{asked.options}"
     code: int = load_named(RUN_OVER_NODES)(suite, output, asked, again)
     return code

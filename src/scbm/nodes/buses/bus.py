@@ -19,6 +19,7 @@ __all__ = [
     "ONLY_BEST_EFFORT",
     "SET_BOOL",
     "TRIGGER",
+    "USE_RCLPY",
     "Answered",
     "Bus",
     "BusError",
@@ -41,6 +42,9 @@ ONLY_BEST_EFFORT = (
     "it offers reliability best effort, and scbm requests reliable; a measured topic can have `best_effort: true`"
 )
 """Why a publication is not matched, and what can be written."""
+
+USE_RCLPY = "use `--via rclpy`"
+"""The remedy if plain DDS cannot call a service."""
 
 
 class Topic(Struct, frozen=True):
@@ -153,6 +157,10 @@ class Client(Protocol):
 
     def server_names(self) -> tuple[str, ...]:
         """Return a name for people for each matched server; none if the middleware does not tell."""
+        ...
+
+    def why_doubtful(self) -> str | None:
+        """Return why the servers may not understand calls, as a clause; `None` if nothing speaks for it."""
         ...
 
     def call(self, fields: Mapping[str, Scalar]) -> int:

@@ -50,7 +50,7 @@ def open_ros2(node: str, domain: int, warn: Callable[[str], None]) -> RclpyBus:
 
 def _rclpy() -> ModuleType:
     try:
-        import rclpy  # type: ignore[import-not-found]  # noqa: PLC0415 - it may be missing
+        import rclpy  # noqa: PLC0415 - it may be missing
         from rclpy import context, duration, executors, node, qos  # noqa: F401, PLC0415 - so that rclpy has them
     except ImportError as error:
         remedy = (
@@ -284,6 +284,9 @@ class _RclpyClient(Struct, frozen=True):
 
     def server_names(self) -> tuple[str, ...]:
         return ()
+
+    def why_doubtful(self) -> None:
+        """None: rclpy matches only servers that it can call."""
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
         number = next(self.calls)

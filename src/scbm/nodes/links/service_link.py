@@ -72,7 +72,8 @@ class ServiceLink:
     def cancel(self, request: Correlation) -> None:
         """Cancel a request: it is not called, or its response is dropped."""
         for line in self._lines.values():
-            line.forget(request)
+            if line.forget(request) and (doubt := line.first_doubt()) is not None:
+                self._warn(f"request {request.number} to `{self._resource}` got no response: {doubt}")
 
     def why_unmatched(self) -> Unmatched | None:
         """Return why a service has no server, if it is known, or that it has several."""
@@ -132,6 +133,7 @@ class _CallQueue(Struct):
         waiting: in the order in which they came.
         called: by the number of the call.
         client: what calls it.
+        is_understood: whether the server has answered; `None` before the first call that is answered or cancelled.
     """
 
     service: Service
@@ -140,6 +142,7 @@ class _CallQueue(Struct):
     waiting: dict[Correlation, _PendingCall] = field(default_factory=dict)
     called: dict[int, _PendingCall] = field(default_factory=dict)
     client: Client | None = None
+    is_understood: bool | None = None
 
     @property
     def is_there(self) -> bool:
@@ -168,9 +171,19 @@ class _CallQueue(Struct):
         self.waiting[asked.request] = asked
         self._call_waiting()
 
-    def forget(self, request: Correlation) -> None:
+    def forget(self, request: Correlation) -> bool:
+        """Drop a request; return whether its call was under way."""
         self.waiting.pop(request, None)
+        before = len(self.called)
         self.called = {number: asked for number, asked in self.called.items() if asked.request != request}
+        return len(self.called) < before
+
+    def first_doubt(self) -> str | None:
+        """Return why the server may not understand calls, if none was answered, and once; else `None`."""
+        if self.client is None or self.is_understood is not None:
+            return None
+        self.is_understood = False
+        return self.client.why_doubtful()
 
     def _call_waiting(self) -> None:
         while self.waiting and self.client is not None and self.is_there:
@@ -183,4 +196,5 @@ class _CallQueue(Struct):
     def _receive(self, answered: Answered) -> None:
         asked = self.called.pop(answered.call, None)
         if asked is not None:
+            self.is_understood = True
             self.answered(asked, answered)

@@ -18,7 +18,6 @@ from scbm.cli.options.node_options import (
     read_interface,
     read_time_scale,
     read_wait,
-    transport_option,
 )
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.cli.options.verb_options import (
@@ -105,7 +104,5 @@ def command(
         logs=logs,
         failures=failures,
     )
-    scale = "" if asked.time_scale == 1 else f" --time-scale {asked.time_scale}"
-    over = f"{transport_option(asked.transport)} --domain {asked.domain}{asked.interface_option}"
-    again = f"scbm node tester {shown_path(str(model))}{suite.test_options}{scale}{over}"
+    again = f"{asked.verb} {shown_path(str(model))}{suite.test_options}{asked.options}"
     return run_over_nodes(suite, output, asked, again)

@@ -23,6 +23,7 @@ from scbm.files import FileWriter, digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import counted, in_one_line, shell_word, shown_path
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
+from scbm.nodes.buses.bus import USE_RCLPY
 from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.nodes.limited_warnings import LimitedWarnings
 from scbm.nodes.verbs.node_setup import bus_error, refuse_beyond_reach, warn
@@ -73,7 +74,8 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
     result = result_of(done, suite, output, findings, commands)
     excluded = tuple(nodes.excluded.values())
-    result = replace(result, answers=nodes.answers, excluded=excluded, where=asked.words)
+    result = replace(result, answers=nodes.answers, excluded=excluded)
+    result = replace(result, where=asked.words, verb=asked.verb, node_options=asked.options)
     code = report_campaign(done, result, output)
     if nodes.logs.words is not None and not output.json:
         errors().prose(f"scbm: {nodes.logs.words}")
@@ -177,9 +179,11 @@ def cell_error(error: NotReadyError, asked: NodeOptions) -> InputError:
     )
 
 
-def _remedy(reason: Reason, asked: NodeOptions) -> str:
+def _remedy(reason: Reason, asked: NodeOptions) -> str | None:
     if asked.starts and reason.lack in _OF_CHILDREN:
         return _OF_CHILDREN[reason.lack]
+    if USE_RCLPY in reason.message:
+        return None
     if reason.lack is Lack.DRIVER and asked.interface == LOOPBACK and asked.via is Via.DDS:
         return f"{_PLAIN[Lack.DRIVER]}; {_ON_LOOPBACK}"
     if reason.lack in _PLAIN:

@@ -305,12 +305,14 @@ def _reasons(result: CampaignResult, columns: int, *, has_reasons: bool) -> Iter
             "  ", close_command(str(suite.file)), "writes a case for each, or a proof that there is none"
         )
     means_found = dict.fromkeys(means for _, means in parts)
-    command = f"scbm test {shown_path(str(suite.file))}{suite.arguments} --cases"
+    words = f" {shown_path(str(suite.file))}{suite.arguments} --cases"
     drawing = f" --seed {suite.seed}{suite.network_option}{suite.planner_option}"
     if CoverMeans.CHANCE in means_found:
-        yield command_text("  ", f"{command} {4 * max(result.campaign.count, 5)}{drawing}")
+        yield command_text(
+            "  ", f"{result.verb}{words} {4 * max(result.campaign.count, 5)}{drawing}{result.node_options}"
+        )
     if CoverMeans.NOT_MOVED in means_found:
-        yield command_text("  ", f"{command} {max(result.campaign.drawn, 20)}{drawing} --inputs drawn")
+        yield command_text("  ", f"scbm test{words} {max(result.campaign.drawn, 20)}{drawing} --inputs drawn")
 
 
 def _advice(result: CampaignResult) -> dict[tuple[Aspect, CoverMeans], list[tuple[str, CoverAdvice]]]:

@@ -17,6 +17,7 @@ from scbm.nodes.buses.bus import Answered, BusError
 from scbm.nodes.buses.dds import dds_names, message_types
 from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
 from scbm.nodes.buses.dds.participant import participant_names
+from scbm.nodes.buses.dds.vendors import is_callable, why_doubtful
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -87,14 +88,30 @@ class ServiceClient:
 
     @property
     def peers(self) -> int:
-        """The number of servers with a matched reader of requests and a matched writer of responses."""
+        """The number of servers with a matched reader of requests and a matched writer of responses.
+
+        It is 0 if one of them is of a vendor whose services cannot be called: it might get requests, too.
+        """
         return self._peers
 
     def server_names(self) -> tuple[str, ...]:
         """Return the process and the machine of each server."""
+        return participant_names(self._participant, [match.participant for match in self._servers()])
+
+    def _servers(self) -> list[Match]:
+        """Return the readers of requests that servers with a writer of responses have, each server once."""
         responders = Counter(map(_server, self.pair.writers()))
-        takers = [match.participant for match in self.pair.readers() if responders[_server(match)]]
-        return participant_names(self._participant, takers)
+        found = []
+        for match in self.pair.readers():
+            if responders[_server(match)]:
+                responders[_server(match)] -= 1
+                found.append(match)
+        return found
+
+    def why_doubtful(self) -> str | None:
+        """Return why a server may read calls in another layout, if its vendor has several."""
+        reasons = (why_doubtful(self._service.name, match.guid) for match in self._servers())
+        return next((why for why in reasons if why is not None), None)
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
         """Send a request, and return its number.
@@ -116,9 +133,8 @@ class ServiceClient:
     def _count(self) -> None:
         if self._is_closed:
             return
-        takers = Counter(map(_server, self.pair.readers()))
-        responders = Counter(map(_server, self.pair.writers()))
-        peers = (takers & responders).total()
+        servers = self._servers()
+        peers = len(servers) if all(is_callable(match.guid) for match in servers) else 0
         if peers != self._peers:
             self._peers = peers
             if self._matched is not None:

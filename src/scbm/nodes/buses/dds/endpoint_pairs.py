@@ -54,11 +54,13 @@ class Match(Struct, frozen=True):
 
     Attributes:
         handle: identifies it in this process.
+        guid: identifies it among all others; it begins with the vendor.
         participant: identifies its participant among all others.
         identities: what its user data says: `{"clientid": "1.f0.…"}`.
     """
 
     handle: int
+    guid: UUID
     participant: UUID
     identities: dict[str, str]
 
@@ -183,7 +185,7 @@ def _listener(**called: Callable[..., None]) -> Listener:
 def _matches(handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]) -> list[Match]:
     described = [(handle % _HANDLES, describe(handle)) for handle in _all(handles)]
     return [
-        Match(handle, endpoint.participant_key, _identities(endpoint))
+        Match(handle, endpoint.key, endpoint.participant_key, _identities(endpoint))
         for handle, endpoint in described
         if endpoint is not None  # it has left meanwhile
     ]

@@ -1,7 +1,5 @@
 """Participants of a DDS domain: joining, the ROS 2 graph, the names of others, and leaving.
 
-Errors at the start of Cyclone DDS: its error codes do not give the reason, which it writes to stderr.
-
 The ROS 2 graph: a participant announces which endpoints belong to which node (rmw_dds_common).
 """
 
@@ -9,10 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from contextlib import contextmanager, nullcontext
-from tempfile import TemporaryFile
-from threading import Lock
 from typing import TYPE_CHECKING
 
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsParticipant
@@ -21,6 +16,7 @@ from cyclonedds.domain import DomainParticipant
 from cyclonedds.topic import Topic
 
 from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.dds.cyclone_log import captured_log
 from scbm.nodes.buses.dds.interfaces import bound_to_loopback, configuration
 from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, NodeEntities, participant_entities
 from scbm.nodes.buses.dds.raw_samples import RawWriter, delete
@@ -31,41 +27,6 @@ if TYPE_CHECKING:
     from uuid import UUID
 
     from cyclonedds.core import Entity
-
-
-_STDERR = 2
-_LINE = re.compile(r"\d+\.\d+ \[\d*\] +[^:]*: (.*)")
-"""`1795295511.554664 [99]     python: Failed to find a free participant index for domain 99`"""
-
-_STDERR_IS_ONE = Lock()
-"""There is one stderr in a process, and what two threads do to it must not cross."""
-
-
-@contextmanager
-def heard(lines: list[str]) -> Iterator[None]:
-    """Collect the lines that Cyclone DDS logs in the block, also if the block ends by an error.
-
-    The library has no other way out for them; what others write there meanwhile goes there when the block is left.
-    """
-    with _STDERR_IS_ONE, TemporaryFile() as file:
-        kept = os.dup(_STDERR)
-        os.dup2(file.fileno(), _STDERR)
-        try:
-            yield
-        finally:
-            os.dup2(kept, _STDERR)
-            os.close(kept)
-            file.seek(0)
-            for line in file.read().decode(errors="replace").splitlines():
-                _sort(line, lines)
-
-
-def _sort(line: str, lines: list[str]) -> None:
-    match = _LINE.fullmatch(line)
-    if match is None:
-        sys.stderr.write(f"{line}\n")
-    else:
-        lines.append(match[1])
 
 
 TOPIC = "ros_discovery_info"
@@ -177,7 +138,7 @@ class Participant:
         try:
             # One thread at a time reads the log, so the environment is changed by one thread at a time, too.
             isolated = bound_to_loopback(self.warnings) if interface == LOOPBACK else nullcontext()
-            with heard(self.warnings), _completed_configuration(interface), isolated:
+            with captured_log(self.warnings), _completed_configuration(interface), isolated:
                 self.entity = DomainParticipant(domain, _qos(node))
         except DDSException as error:
             raise _error(domain, self.warnings, error) from error

@@ -13,9 +13,11 @@ from scbm.files import nearest
 from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Unmatched
 from scbm.nodes.buses.dds import dds_names
 from scbm.nodes.buses.dds.raw_samples import delete, refused_policy
+from scbm.nodes.buses.dds.vendors import why_not_callable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from uuid import UUID
 
     from cyclonedds.builtin import BuiltinTopic
     from cyclonedds.core import Qos
@@ -26,6 +28,10 @@ if TYPE_CHECKING:
 
 _MOST = 10_000
 """Maximum number of endpoints of each role that are compared."""
+
+
+SERVER = "server"
+"""The word for the peer of a client, in messages."""
 
 
 class EndpointRole(StrEnum):
@@ -44,6 +50,7 @@ _BUILTIN: tuple[tuple[EndpointRole, BuiltinTopic], ...] = (
 class Endpoint(Struct, frozen=True):
     """An endpoint of another participant, with its names in DDS."""
 
+    guid: UUID
     role: EndpointRole
     topic: str
     type: str
@@ -57,7 +64,7 @@ def others(participant: DomainParticipant) -> list[Endpoint]:
     for role, builtin in _BUILTIN:
         reader = BuiltinDataReader(participant, builtin)
         found += [
-            Endpoint(role, sample.topic_name, sample.type_name, sample.qos)
+            Endpoint(sample.key, role, sample.topic_name, sample.type_name, sample.qos)
             for sample in reader.take(_MOST)
             if sample.participant_key != own
         ]
@@ -89,12 +96,12 @@ class WantedEndpoint(Struct, frozen=True):
 
 def taker_of_requests(service: Service, pair: EndpointPair) -> WantedEndpoint:
     """Match the readers of servers that receive the requests of a client."""
-    return _reader(service, "server", dds_names.request_name(service.name), pair)
+    return _reader(service, SERVER, dds_names.request_name(service.name), pair)
 
 
 def giver_of_responses(service: Service, pair: EndpointPair) -> WantedEndpoint:
     """Match the writers of servers that send responses to a client."""
-    return _writer(service, "server", dds_names.reply_name(service.name), pair)
+    return _writer(service, SERVER, dds_names.reply_name(service.name), pair)
 
 
 def giver_of_requests(service: Service, pair: EndpointPair) -> WantedEndpoint:
@@ -140,7 +147,9 @@ def why_unmatched(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known
 
 
 def _why_not(wish: WantedEndpoint, endpoint: Endpoint) -> str | None:
-    """Return why an endpoint with the right name is not matched."""
+    """Return why an endpoint with the right name is not matched, or matched and of no use."""
+    if wish.who == SERVER and (why := why_not_callable(wish.name, endpoint.guid)) is not None:
+        return why
     type_ = dds_names.ros_type(endpoint.type)
     if type_ != wish.type:
         return f"`{wish.name}` has a {wish.who} of type {type_}, and not {wish.type}"
