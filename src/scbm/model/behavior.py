@@ -273,6 +273,7 @@ class BehaviorModel(PartlyCompared, frozen=True, dict=True):
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
         runs: what its runs are.
         requirements_off: the names of the built-in requirements that do not hold in it, each with the reason.
+        requirements_on: the names of the requirements that it has only as it says so.
         reachable_again: the goals that every run leaves reachable, also where plain runs do not (semantics 7.12).
         origins: where its expanded parts come from. Reports fold by it; two models that differ only in it are equal.
         objects: the objects of its file, if the file has types; two models that differ only in it are equal.
@@ -293,6 +294,7 @@ class BehaviorModel(PartlyCompared, frozen=True, dict=True):
     goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
     runs: RunsDeclaration = RunsDeclaration()
     requirements_off: tuple[tuple[str, str], ...] = ()
+    requirements_on: tuple[str, ...] = ()
     reachable_again: tuple[str, ...] = ()
     origins: tuple[LiftedOrigin, ...] = ()
     objects: ObjectLists | None = None

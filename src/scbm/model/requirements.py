@@ -345,6 +345,7 @@ class BuiltIn(StrEnum):
     RECOVERS = "recovers"
     STOPS = "stops"
     NON_BLOCKING = "non_blocking"
+    ONE_REQUEST_AT_A_TIME = "one_request_at_a_time"
 
 
 BUILT_IN_NAMES: dict[str, str] = {
@@ -357,6 +358,14 @@ BUILT_IN_NAMES: dict[str, str] = {
 """The names of all requirements that each model has unless it switches them off, each with what it says.
 
 `BUILT_INS` in `testing/built_in_requirements.py` has the class of each, which finds violations in a run.
+"""
+
+OPTIONAL_NAMES: dict[str, str] = {
+    BuiltIn.ONE_REQUEST_AT_A_TIME.value: "no device starts a request while it works at another one",
+}
+"""The names of the requirements that `requirements_on` of a model switches on, each with what it says.
+
+`OPTIONAL_BUILT_INS` in `testing/built_in_requirements.py` has the class of each.
 """
 
 

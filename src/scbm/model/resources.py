@@ -124,6 +124,7 @@ class Resource(PartlyCompared, frozen=True):
         publishes: the variables whose values it may send without a request.
         values: for some of what it measures or publishes, the only values that it sends, as they are listed.
         shared: whether another user can occupy it while no request of the controller to it is in flight.
+        parallel: whether it may work at several requests at once.
         simulation: its simulated behavior.
         binding: how the real resource is reached; `None` if the model does not say.
         lifted: the name of the entry with parameters that the resource is an instance of; `None` if there is none.
@@ -138,6 +139,7 @@ class Resource(PartlyCompared, frozen=True):
     values: tuple[tuple[str, tuple[Value, ...]], ...] = ()
     shared: bool = False
     lifted: str | None = None
+    parallel: bool = False
     uncompared = ("lifted",)
 
     def sends(self, variable: Variable) -> tuple[Value, ...]:

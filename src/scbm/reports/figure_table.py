@@ -20,10 +20,11 @@ from scbm.cases.coverage import (
 from scbm.model.visible_text import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
     from scbm.cases.coverage import Coverage, Figure, LiftedStatus, ObligationStatus
     from scbm.model import BehaviorModel
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.testing import Excuse
 
 DEFAULT_COLUMNS = 80
@@ -90,6 +91,18 @@ def requirements_off_lines(model: BehaviorModel, columns: int) -> Iterator[Text]
     """Yield a line for each built-in requirement that a model switches off, with the reason."""
     for name, reason in model.requirements_off:
         yield from map(Text, wrapped(f"{name} ({reason})", columns, "  Requirement off: ", len("  Requirement off: ")))
+
+
+def hazard_lines(hazards: Sequence[tuple[str, Hazard]], count: int, columns: int) -> Iterator[Text]:
+    """Yield the number of hazards at devices, and a line for each of the first ones, behind the name of its case."""
+    if not count:
+        return
+    yield Text()
+    yield Text(f"Hazards at devices: {count}", style="bold red")
+    for name, hazard in hazards:
+        yield from map(Text, wrapped(f"{name}: {hazard}", columns, "  ", 4))
+    if count > len(hazards):
+        yield Text(f"  and {count - len(hazards)} more", style="dim")
 
 
 def wrapped(words: str, columns: int, first: str, following: int) -> Iterator[str]:

@@ -18,6 +18,7 @@ from scbm.store.stored_mutants import find_evidence
 if TYPE_CHECKING:
     from scbm.cases.coverage import AssertionEvidence, ObjectListVisits, Obligation
     from scbm.model import BehaviorModel, Waiver
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.store.smallest_cases import SmallestCase
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import StoredMutation
@@ -142,6 +143,7 @@ class StoredCase(Struct, frozen=True):
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
         excluded: over nodes the number of values that drivers sent and the model excludes.
         smallest: the smallest cases that its run found for its failures; other cases with a failure have none.
+        hazards: in simulation what devices did and the controller did not know.
     """
 
     key: bytes
@@ -159,6 +161,7 @@ class StoredCase(Struct, frozen=True):
     forced: int = 0
     excluded: int = 0
     smallest: tuple[SmallestCase, ...] = ()
+    hazards: tuple[Hazard, ...] = ()
 
     @property
     def is_over_nodes(self) -> bool:
@@ -270,6 +273,12 @@ class History(Struct, frozen=True, dict=True):
     def short_count(self) -> int:
         """The number of cases that passed although they missed a goal."""
         return sum(case.verdict.is_short for case in self.cases)
+
+    @property
+    def hazards(self) -> tuple[tuple[str, Hazard], ...]:
+        """The hazards at devices, each with the label of its case."""
+        cases = zip(self.labels, self.cases, strict=True)
+        return tuple((label, hazard) for label, case in cases for hazard in case.hazards)
 
     @property
     def ended_ns(self) -> int:

@@ -103,5 +103,7 @@ def _differences(stored: BehaviorModel, model: BehaviorModel) -> Iterator[str]:
         yield "its goals were edited"
     if stored.requirements_off != model.requirements_off:
         yield "its `requirements_off` were edited"
+    if stored.requirements_on != model.requirements_on:
+        yield "its `requirements_on` were edited"
     if stored.initial_states != model.initial_states:
         yield "its initial states were edited"

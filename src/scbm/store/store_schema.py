@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from scbm.store.smallest_cases import smallest_text
-from scbm.store.stored_evidence import excuses_text, waivers_text
+from scbm.store.stored_evidence import excuses_text, hazards_text, waivers_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 12
+TABLES_VERSION = 13
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -211,6 +211,13 @@ TABLES: dict[str, StoreTable] = {
                 "INTEGER",
                 "over nodes: the number of values that drivers sent and the model excludes; null for simulation",
                 value=lambda case: None if case.recipe.real is None else case.excluded,
+            ),
+            StoreColumn(
+                "hazards",
+                "TEXT",
+                "JSON, of a simulated case with hazards at devices: a list of `kind` (`overlap` or `unawaited`),"
+                " `resource`, `request`, `begin_ns`, `end_ns` and `other`; `json_array_length` counts them",
+                value=lambda case: hazards_text(case.hazards),
             ),
             StoreColumn(
                 "smallest",

@@ -28,6 +28,7 @@ from scbm.store.stored_evidence import (
     StoredCertificate,
     read_certificate_row,
     read_excuses_text,
+    read_hazards_text,
     read_waivers_text,
 )
 from scbm.testing import Failure, FailureKind, Verdict
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.model import BehaviorModel
+    from scbm.running.simulation.device_hazards import Hazard
 
 
 _CASE_COLUMNS = (
@@ -107,6 +109,7 @@ class CaseRow(Struct, frozen=True):
     forced: int = 0
     excluded: int = 0
     smallest: tuple[SmallestCase, ...] = ()
+    hazards: tuple[Hazard, ...] = ()
 
 
 class VisitTotals(Struct, frozen=True):
@@ -181,19 +184,20 @@ class Tables:
         settings = {
             id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM setting ORDER BY id")
         }
-        more = "excuses, excluded, smallest"
+        more = "excuses, excluded, smallest, hazards"
         rows = self._connection.execute(f"SELECT {_CASE_COLUMNS}, {more} FROM test_case ORDER BY key")  # noqa: S608 - our own
         for row in rows:
             key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
             recipe = _recipe(settings[setting], seed, number, text, path)
-            ended, failures, ended_ns, requests, visited, log, forced, excuses, excluded, smallest = result
+            ended, failures, ended_ns, requests, visited, log, forced, excuses, *others = result
+            excluded, smallest, hazards = others
             verdict = Verdict(End(ended), _failures(failures), read_excuses_text(excuses))
             bits = _known(visited, count)
             _refuse_another_log(log, recipe)
             yield CaseRow(
                 key, _text(name), _text(goal), model, run, _number(position), recipe,
                 verdict, _number(ended_ns), _number(requests), bits, log, _known(forced or b"", count),
-                _number(excluded or 0), read_smallest_text(smallest),
+                _number(excluded or 0), read_smallest_text(smallest), read_hazards_text(hazards),
             )  # fmt: skip
 
     def certificates(self) -> Iterator[tuple[int, StoredCertificate]]:

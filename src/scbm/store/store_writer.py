@@ -195,7 +195,7 @@ class StoreWriter:
             row = CaseRow(
                 key, case.name, case.goal_names, *ids, position, recipe,
                 result.verdict, result.ended_ns, result.requests, result.visited, packed, result.forced,
-                result.excluded,
+                result.excluded, hazards=result.hazards,
             )  # fmt: skip
             self._tables.put_case(row)
             self._tables.add_to_run(ids[1], result.visited, failed=not result.verdict.passed)

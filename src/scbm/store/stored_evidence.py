@@ -1,4 +1,4 @@
-"""Certificates, waivers and excuses as stores keep them: what decides statuses and verdicts beside visits."""
+"""Certificates, waivers, excuses and hazards as stores keep them: what is known of runs beside their visits."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from hashlib import sha256
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import asdict
 
 from scbm import __version__
 from scbm.cases.coverage import Decision, StatusProof
 from scbm.model import Waiver
 from scbm.model.json_reader import convert_json, read_json
+from scbm.running.simulation.device_hazards import Hazard
 from scbm.store.packed_logs import packed_log, unpacked_log
 from scbm.testing import Excuse
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
 _KEY_BYTES = 16
 
@@ -81,6 +83,16 @@ def excuses_text(excuses: Iterable[Excuse]) -> str | None:
 def read_excuses_text(text: str | None) -> tuple[Excuse, ...]:
     """Return the excuses of a verdict. Raises `ValueError` if they are damaged."""
     return () if text is None else tuple(convert_json(read_json(text, _MAX_JSON_CHARACTERS), list[Excuse]))
+
+
+def hazards_text(hazards: Sequence[Hazard]) -> str | None:
+    """Return the hazards of a run as JSON; `None` for none."""
+    return json.dumps([asdict(each) for each in hazards]) if hazards else None
+
+
+def read_hazards_text(text: str | None) -> tuple[Hazard, ...]:
+    """Return the hazards of a run. Raises `ValueError` if they are damaged."""
+    return () if text is None else tuple(convert_json(read_json(text, _MAX_JSON_CHARACTERS), list[Hazard]))
 
 
 class _WrittenWaiver(Struct, frozen=True):

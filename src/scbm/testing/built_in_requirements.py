@@ -32,6 +32,7 @@ from scbm.model import OperationState, Outcome, format_moment, format_value
 from scbm.model.requirements import BuiltIn
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, RequestState
 from scbm.running.lifecycle import parts_by_end
+from scbm.running.simulation.device_hazards import HazardKind
 from scbm.testing.continuations.reachable_goals import LIMIT_ENDS, ReachableGoals, UnknownReachabilityError
 from scbm.testing.request_moments import RequestMoment, find_moments
 from scbm.testing.request_protocol import RequestProtocol
@@ -346,6 +347,22 @@ def _last_change(records: Sequence[Record], name: str) -> int:
     return max(changing, default=0)
 
 
+class OneRequestAtATime(BuiltInRequirement):
+    """No simulated device starts a request while it works at another one."""
+
+    name = BuiltIn.ONE_REQUEST_AT_A_TIME
+    violated = "a simulated device without `parallel: true` starts a request while it works at another one"
+
+    def first_violation(self, run: JudgedRun) -> Violation | None:
+        """Return the first moment at which a device works at two requests."""
+        for hazard in run.outcomes.hazards:
+            if hazard.kind is HazardKind.OVERLAP:
+                index = max(i for i, record in enumerate(run.records) if record.at_ns <= hazard.begin_ns)
+                reads = tuple(each.trigger for each in run.model.resources if each.name == hazard.resource)
+                return None if index >= run.until else run.violation(self.name, index, str(hazard), reads, index)
+        return None
+
+
 BUILT_INS: dict[str, BuiltInRequirement] = {
     BuiltIn.NO_ORPHAN: NoOrphan(),
     BuiltIn.READY_AGAIN: ReadyAgain(),
@@ -354,6 +371,9 @@ BUILT_INS: dict[str, BuiltInRequirement] = {
     BuiltIn.NON_BLOCKING: NonBlocking(),
 }
 """The built-in requirements by name. Violations are reported in this order, after those of the model's own."""
+
+OPTIONAL_BUILT_INS: dict[str, BuiltInRequirement] = {BuiltIn.ONE_REQUEST_AT_A_TIME: OneRequestAtATime()}
+"""Those that `requirements_on` of a model switches on. Only cases judge them."""
 
 
 class JudgedBuiltIns(NamedTuple):
@@ -381,6 +401,7 @@ class BuiltInJudge:
         self._judged = [
             each for name, each in BUILT_INS.items() if name not in off and (has_requests or not each.needs_requests)
         ]
+        self._judged += [OPTIONAL_BUILT_INS[name] for name in model.requirements_on]
         self._judged.sort(key=lambda each: each.is_explained_by_others)
 
     def find_violations(self, case: Case, outcomes: Outcomes, forced_by: int | None) -> JudgedBuiltIns:

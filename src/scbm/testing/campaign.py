@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.model import BehaviorModel
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.testing.batches.campaign_work import CaseSource
     from scbm.testing.verdicts import Verdict
 
@@ -39,6 +40,7 @@ class CaseResult(Struct, frozen=True):
         unused: what the case says and nothing came of.
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
         excluded: over nodes the number of values that drivers sent and the model excludes.
+        hazards: in a simulation what devices did and the controller did not know.
     """
 
     case: Case
@@ -49,10 +51,11 @@ class CaseResult(Struct, frozen=True):
     unused: tuple[str, ...] = ()
     forced: int = 0
     excluded: int = 0
+    hazards: tuple[Hazard, ...] = ()
 
     def outcome(self, position: int) -> CaseOutcome:
         """Return the result without its case, which has this position in its campaign."""
-        visits = (self.visited, self.unused, self.forced, self.excluded)
+        visits = (self.visited, self.unused, self.forced, self.excluded, self.hazards)
         return CaseOutcome(position, self.verdict, self.ended_ns, self.requests, *visits)
 
 
@@ -116,8 +119,7 @@ class Campaign(Struct, frozen=True, dict=True):
     def result(self, outcome: CaseOutcome) -> CaseResult:
         """Return an outcome with its case."""
         case = self.source.case(outcome.position)
-        _, verdict, ended_ns, requests, visited, unused, forced, excluded = outcome
-        return CaseResult(case, requests, verdict, ended_ns, visited, unused, forced, excluded)
+        return CaseResult(case, outcome.requests, outcome.verdict, outcome.ended_ns, *outcome[4:])
 
     @cached_property
     def forced(self) -> int:

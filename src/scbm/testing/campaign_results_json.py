@@ -19,6 +19,7 @@ from scbm.cases.coverage import (
 if TYPE_CHECKING:
     from scbm.cases.coverage import AssertionEvidence, Figure
     from scbm.model import Waiver
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.testing.campaign import Campaign, CaseResult
     from scbm.testing.campaign_result import CampaignResult, Finding
     from scbm.testing.real_drivers import Answers
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from scbm.testing.tester import Execution
 
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 """The version of the format of `campaign_json`."""
 
 
@@ -49,6 +50,8 @@ def campaign_json(result: CampaignResult) -> dict[str, Any]:
         "excused": {excuse.value: count for excuse, count in campaign.summary.excuses},
         "short_of_goal": campaign.summary.short_count,
         "requirements_off": dict(campaign.model.requirements_off),
+        "requirements_on": list(campaign.model.requirements_on),
+        "hazards": campaign.summary.hazard_count,
         "cases": [_case(each, campaign) for each in campaign.results],
         **({"excluded_values": to_builtins(result.excluded)} if is_over_nodes else {}),
         "random_cases": {"count": campaign.drawn, "reached": result.random_reached},
@@ -208,11 +211,25 @@ def _case(result: CaseResult, campaign: Campaign) -> dict[str, Any]:
         "excused": [excuse.value for excuse in result.verdict.excuses],
         "failures": [str(failure) for failure in result.verdict.failures],
         "unused": list(result.unused),
+        "hazards": list(map(hazard_json, result.hazards)),
         "goal": case.goal_names,
         "initial": {variable.name: case.initial[variable.name] for variable in campaign.model.variables},
         "simulated_seconds": result.ended_ns / 1e9,
         "requests": result.requests,
         "visited": list(campaign.coverage.obligations.names(result.visited)),
+    }
+
+
+def hazard_json(hazard: Hazard) -> dict[str, Any]:
+    """Return a hazard at a device as data for `json`."""
+    return {
+        "kind": hazard.kind.value,
+        "resource": hazard.resource,
+        "request": hazard.request,
+        "other": hazard.other,
+        "begin_seconds": hazard.begin_ns / 1e9,
+        "end_seconds": None if hazard.end_ns is None else hazard.end_ns / 1e9,
+        "text": str(hazard),
     }
 
 

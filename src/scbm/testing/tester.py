@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from scbm.running import RunnerOptions
     from scbm.running.program import Program
     from scbm.running.simulation import Simulated
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.running.simulation.environment_moves import EnvironmentMoves
     from scbm.running.simulation.excluded_values import ExcludedValue
     from scbm.testing.event_logs.event_log import EventLog
@@ -94,6 +95,7 @@ class Execution(PartlyCompared, frozen=True):
             a mutant the changes that were left out.
         excluded: over nodes the values that drivers sent and the model excludes.
         unjudged: the built-in requirements that were not judged, as a search was too long.
+        hazards: in a simulation what devices did and the controller did not know.
     """
 
     case: Case
@@ -112,6 +114,7 @@ class Execution(PartlyCompared, frozen=True):
     notes: tuple[str, ...] = ()
     excluded: tuple[ExcludedValue, ...] = ()
     unjudged: tuple[str, ...] = ()
+    hazards: tuple[Hazard, ...] = ()
     uncompared = ("model",)
 
     def __repr__(self) -> str:
@@ -129,7 +132,7 @@ class Execution(PartlyCompared, frozen=True):
     def result(self) -> CaseResult:
         """The result that a campaign keeps."""
         requests, excluded = len(self.reactions), len(self.excluded)
-        visits = (self.visited, self.unused, self.forced, excluded)
+        visits = (self.visited, self.unused, self.forced, excluded, self.hazards)
         return CaseResult(self.case, requests, self.verdict, self.ended_ns, *visits)
 
     @property
@@ -322,7 +325,7 @@ class Tester:
         by_goal = self._visited_by_goal(run.records) if case.later else ()
         real = log.real if log else ()
         forced_by = self._forced_by(case, log, run.records)
-        outcomes = Outcomes(run.end, run.records, reactions, violations, names, real, by_goal)
+        outcomes = Outcomes(run.end, run.records, reactions, violations, names, real, by_goal, run.hazards)
         built_in = self._built_ins.find_violations(case, outcomes, forced_by)
         violations += built_in.violations
         outcomes = replace(outcomes, violations=violations)
@@ -354,6 +357,7 @@ class Tester:
             ),
             self._excluded(log, run.records),
             built_in.unknown,
+            run.hazards,
         )
 
     def _excluded(self, log: EventLog | None, records: Sequence[Record]) -> tuple[ExcludedValue, ...]:

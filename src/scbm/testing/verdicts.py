@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, CaseGoal, EnvironmentChange, Expectations, Reaction
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.running.simulation.impossible_changes import ImpossibleChange
     from scbm.testing.requirement_monitors import Violation
 
@@ -298,6 +299,7 @@ class Outcomes(Struct, frozen=True):
         visited: the names of the obligations that it visited.
         real: the real resources, whose behaviour the tester did not cause.
         visited_by_goal: of a case with several goals, the names of the obligations that the run for each visited.
+        hazards: in a simulation what devices did and the controller did not know.
     """
 
     end: End
@@ -307,6 +309,7 @@ class Outcomes(Struct, frozen=True):
     visited: Sequence[str]
     real: Sequence[str] = ()
     visited_by_goal: Sequence[Sequence[str]] = ()
+    hazards: Sequence[Hazard] = ()
 
 
 def lost(why: str) -> Verdict:

@@ -179,7 +179,7 @@ def test_test_as_json(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     golden("report.json", ran.out)
     report = json.loads(ran.out)
     coverage = report["coverage"]
-    assert report["format_version"] == 4
+    assert report["format_version"] == 5
     assert coverage["obligations"] == 86
     states = coverage["by_state"].values()
     assert coverage["visited"] == sum(s["visited"] for s in states) + coverage["automatic"]["visited"]

@@ -171,6 +171,7 @@ def facts(model: BehaviorModel) -> Iterator[str]:
     yield from (f"goal {name}: {goal}" for name, goal in model.goals)
     yield from (f"requirement {requirement}" for requirement in model.requirements)
     yield from (f"requirement {name} off: {reason}" for name, reason in model.requirements_off)
+    yield from (f"requirement {name} on" for name in model.requirements_on)
     if model.runs != RunsDeclaration():
         yield str(model.runs)
     if model.planner != PlannerChoice():
@@ -185,6 +186,8 @@ def facts_of_resource(resource: Resource) -> Iterator[str]:
     yield from (f"sends {name} from {values(sent)}" for name, sent in resource.values)
     if resource.shared:
         yield "shared"
+    if resource.parallel:
+        yield "parallel"
     yield latency(resource.simulation.latency)
     yield from (f"{outcome} {probability}" for outcome, probability in resource.simulation.outcomes)
     yield from (f"{drawn.name} from {weighted(drawn)}" for drawn in resource.simulation.measured)

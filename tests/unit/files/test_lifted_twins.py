@@ -76,6 +76,7 @@ NEVER_LIFTED = {
     "unknown-key_model": "a key of the model is wrong, above all entries",
     "unknown-word_plans": "`runs` stands in the model only, and has no parameters",
     "unknown-word_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
+    "unknown-word_requirements_on": "`requirements_on` stands in the model only, and has no parameters",
     "unknown-word_runs": "`runs` stands in the model only, and has no parameters",
     "wrong-type_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
     "wrong-shape_name": "the name stands in the model only, and has no parameters",

@@ -116,6 +116,7 @@ def test_the_schema_is_one() -> None:
         "may_end",
         "requirements",
         "requirements_off",
+        "requirements_on",
         "reachable_again",
         "planner",
         "waivers",

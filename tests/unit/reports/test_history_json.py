@@ -20,7 +20,7 @@ FAILS = Path(__file__).parents[2] / "models/fails_at_run"
 def test_it_holds_the_figures_the_runs_and_the_cases() -> None:
     history = history_of(EXAMPLE / "after.yaml", 5, written=CASES)
     report = json.loads(json.dumps(history_json(history)))
-    assert (report["format_version"], report["model"], report["passed"]) == (3, "robot_in_the_air", True)
+    assert (report["format_version"], report["model"], report["passed"]) == (4, "robot_in_the_air", True)
     assert report["model_file"] == "examples/robot_in_the_air/after.yaml"
     assert report["model_text"] == history.source.text
     assert report["coverage"] == coverage_json(history.coverage)

@@ -12,7 +12,7 @@ from scbm.cases import Case, CaseLimits, Injection, OutcomeRule, RecordedPlan
 from scbm.cases.trace import End, PlanAsked, ReplyReceived, RequestSent
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, Outcome
-from scbm.model.requirements import BuiltIn
+from scbm.model.requirements import BUILT_IN_NAMES, OPTIONAL_NAMES, BuiltIn
 from scbm.running import RunnerOptions
 from scbm.running.micro_steps import MicroStep, MicroSteps
 from scbm.testing import (
@@ -26,7 +26,7 @@ from scbm.testing import (
     Tester,
     Violation,
 )
-from scbm.testing.built_in_requirements import BUILT_INS, BuiltInJudge, part_to_change
+from scbm.testing.built_in_requirements import BUILT_INS, OPTIONAL_BUILT_INS, BuiltInJudge, part_to_change
 from support.models import scan_cell
 from support.profiles import longer_but_one_in, share
 from support.random_models import random_model
@@ -84,8 +84,9 @@ def _assert_small(execution: Execution, name: BuiltIn, model: BehaviorModel) -> 
 
 
 def test_each_name_has_one_class() -> None:
-    assert list(BUILT_INS) == list(BuiltIn)
-    assert [each.name for each in BUILT_INS.values()] == list(BuiltIn)
+    classes = {**BUILT_INS, **OPTIONAL_BUILT_INS}
+    assert list(classes) == [*BUILT_IN_NAMES, *OPTIONAL_NAMES] == list(BuiltIn)
+    assert [each.name for each in classes.values()] == list(BuiltIn)
 
 
 def test_a_cell_that_cleans_up_violates_nothing() -> None:

@@ -9,6 +9,7 @@ from msgspec.structs import asdict
 from scbm.cases.trace import records_json, write_trace
 from scbm.cli.output.terminal import report_columns, results, write_json
 from scbm.reports import timeline
+from scbm.testing.campaign_results_json import hazard_json
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.testing import Execution, Violation
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 
 
 def show_run(
@@ -63,6 +64,7 @@ def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
         "failures": [str(failure) for failure in execution.verdict.failures],
         "unused": list(execution.unused),
         "notes": list(execution.notes),
+        "hazards": list(map(hazard_json, execution.hazards)),
         "violations": [_violation(violation) for violation in execution.violations],
         "simulated_seconds": execution.ended_ns / 1e9,
         "trace": records_json(execution.trace),

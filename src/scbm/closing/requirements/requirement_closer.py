@@ -46,6 +46,7 @@ _UNKNOWN_HELP = "a run waits, and the search was too long whether a change from 
 _INTERRUPTED = "closing was interrupted"
 _IN_TIME = "recovers: a reply that comes is as fast as in the simulation, and no limit of time or plans ends the run."
 _NO_LIMITS = "non_blocking: no limit of time or plans ends a run before."
+_OF_DEVICES = "proofs know nothing of the work of devices"
 _SINGLE_GOALS = "each run has one goal, so nothing follows it"
 
 
@@ -99,7 +100,8 @@ class RequirementCloser:
             for name in asked:
                 self._open.setdefault(name, (_INTERRUPTED, None))
             self._sentences.interrupt(_INTERRUPTED)
-        decided = [self._decided(name, off, names) for name in map(str, BUILT_INS)]
+        named = (*map(str, BUILT_INS), *self._model.requirements_on)
+        decided = [self._decided(name, off, names) for name in named]
         decided += self._sentences.decided(names)
         holds = any(each.holds for each in decided) and self._situations > 0
         assumed = tuple(self._assumptions(asked)) if holds else ()
@@ -217,6 +219,8 @@ class RequirementCloser:
             made = execution if is_new else None
             reason = str(failure_of(key, execution))
             return DecidedRequirement(name, RequirementStatus.VIOLATED, reason, execution.case.name, made)
+        if name in self._model.requirements_on:
+            return DecidedRequirement(name, RequirementStatus.CASES_ONLY, _OF_DEVICES)
         if name in self._open:
             reason, option = self._open[name]
             return DecidedRequirement(name, RequirementStatus.UNDECIDED, reason, option=option)

@@ -40,7 +40,7 @@ from scbm.model.behavior import (
     RunsDeclaration,
 )
 from scbm.model.predicates import TRUE, Predicate
-from scbm.model.requirements import BUILT_IN_NAMES, Requirement
+from scbm.model.requirements import BUILT_IN_NAMES, OPTIONAL_NAMES, Requirement
 from scbm.model.variables import Variable, VariableSource, resource_variables, runner_variables
 
 if TYPE_CHECKING:
@@ -227,12 +227,13 @@ def _read_reason(reader: ValueReader, node: YamlNode, text: str) -> str | None:
     return TEXT.reader(reader, node, text)
 
 
-def _read_goal_names(_: ValueReader, node: YamlNode) -> tuple[tuple[str, Place], ...]:
-    """Return the names in a list with their places; they are compared once the goals are known."""
+def _read_names(_: ValueReader, node: YamlNode) -> tuple[tuple[str, Place], ...]:
+    """Return the names in a list with their places; they are compared once the whole model is known."""
     return tuple((element.text, element.place) for element in node.elements if element.text is not None)
 
 
-_GOAL_NAMES = names_type("list of goals", _read_goal_names)
+_GOAL_NAMES = names_type("list of goals", _read_names)
+_REQUIREMENTS_ON = names_type("list of requirements", _read_names)
 _REASON = ScalarType("text", "a text", TEXT.json, _read_reason)
 _REQUIREMENTS_OFF = RequirementsOffType(_REASON, "name → reason", in_flow=lambda written: len(written) == 1)
 
@@ -296,6 +297,11 @@ class ModelKeys(Keys):
         f"Built-in requirements that do not hold, each with the reason: `{'`, `'.join(BUILT_IN_NAMES)}`.",
         default=(),
     )
+    requirements_on = DefaultKey(
+        _REQUIREMENTS_ON,
+        f"Further requirements that cases are judged by: `{'`, `'.join(OPTIONAL_NAMES)}`.",
+        default=(),
+    )
     reachable_again = DefaultKey(
         _GOAL_NAMES,
         "Goals that every run leaves reachable, also where plain runs do not.",
@@ -343,6 +349,7 @@ class ModelKeys(Keys):
             goals_may_end=tuple((entry.name, entry.value.may_end) for entry in self.goals if entry.value.may_end),
             runs=RunsDeclaration() if self.runs is None else self.runs.declaration(),
             requirements_off=tuple(self._switched_off()),
+            requirements_on=tuple(self._switched_on()),
             reachable_again=tuple(self._goals_to_reach_again()),
             origins=tuple(self._origins()),
         )
@@ -382,19 +389,30 @@ class ModelKeys(Keys):
             elif entry.value is not None:
                 yield entry.name, entry.value
 
-    def _goals_to_reach_again(self) -> Iterator[str]:
-        """Yield the goals of `reachable_again`; note unknown and repeated ones, and where no goal follows another."""
-        names, seen = [entry.name for entry in self.goals], dict[str, None]()
-        for name, place in self.reachable_again:
+    def _switched_on(self) -> Iterator[str]:
+        """Yield the further requirements; note unknown and repeated ones."""
+        unknown = (Slug.UNKNOWN_WORD, "there is no further requirement", "these can be switched on:")
+        yield from self._known_names(self.requirements_on, list(OPTIONAL_NAMES), unknown)
+
+    def _known_names(
+        self, listed: tuple[tuple[str, Place], ...], names: list[str], unknown: tuple[Slug, str, str]
+    ) -> Iterator[str]:
+        """Yield listed names; note one that is repeated or not among `names`, with the error for it."""
+        slug, message, head = unknown
+        seen: dict[str, None] = {}
+        for name, place in listed:
             if name not in names:
-                self.reader.add(
-                    Slug.UNKNOWN_GOAL, f"there is no goal `{name}`", place, suggestion(name, names, "the goals are")
-                )
+                self.reader.add(slug, f"{message} `{name}`", place, suggestion(name, names, head))
             elif name in seen:
                 self.reader.add(Slug.DUPLICATE_VALUE, f"`{name}` is listed twice", place)
             else:
                 seen[name] = None
                 yield name
+
+    def _goals_to_reach_again(self) -> Iterator[str]:
+        """Yield the goals of `reachable_again`; note unknown and repeated ones, and where no goal follows another."""
+        unknown = (Slug.UNKNOWN_GOAL, "there is no goal", "the goals are")
+        yield from self._known_names(self.reachable_again, [entry.name for entry in self.goals], unknown)
         if self.reachable_again and self.runs is not None and self.runs.declaration().goals is GoalOrder.SINGLE:
             message = "`reachable_again` needs goals that follow each other, and the model says `goals: single`"
             self.reader.add(Slug.CONTRADICTION, message, self.place("reachable_again"), "leave out one of them")

@@ -291,10 +291,15 @@ def _sent(key: str) -> Callable[[Resource], SentVariables]:
     return source
 
 
-def _read_shared(reader: ValueReader, node: YamlNode, text: str) -> bool:
-    if not isinstance(node.plain, bool):
-        reader.add(Slug.WRONG_TYPE, f"`shared` must be true or false, not `{text}`", node.place)
-    return node.plain is True
+def _flag(key: str) -> ScalarType[bool]:
+    """Return the type of a key that is true or false."""
+
+    def read(reader: ValueReader, node: YamlNode, text: str) -> bool:
+        if not isinstance(node.plain, bool):
+            reader.add(Slug.WRONG_TYPE, f"`{key}` must be true or false, not `{text}`", node.place)
+        return node.plain is True
+
+    return ScalarType("`true` or `false`", "`true` or `false`", {"type": "boolean"}, read)
 
 
 # the resource
@@ -413,8 +418,13 @@ class ResourceKeys(Keys):
         source=_sent("publishes"),
     )
     shared = DefaultKey(
-        ScalarType("`true` or `false`", "`true` or `false`", {"type": "boolean"}, _read_shared),
+        _flag("shared"),
         "Whether another user can occupy the resource while no request to it is in flight.",
+        default=False,
+    )
+    parallel = DefaultKey(
+        _flag("parallel"),
+        "Whether the device may work at several requests at once, so that this is no hazard.",
         default=False,
     )
     simulation = Key(
@@ -445,6 +455,7 @@ class ResourceKeys(Keys):
             values=tuple(sorted((*published, *measures.values))),
             shared=self.shared,
             lifted=self.node.origin,
+            parallel=self.parallel,
         )
 
     def _refuse_different_values(

@@ -51,7 +51,7 @@ _TEXT_KEYS = (
 )
 """Keys under which names stand, as texts or as keys; under all others are values, times and words."""
 
-_PLAIN_KEYS = ("may_end", "reachable_again")
+_PLAIN_KEYS = ("may_end", "reachable_again", "requirements_on")
 """Keys under which no names stand, wherever they are."""
 
 _TOKEN = re.compile(

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 from scbm.cases.coverage import bits_of, only_by, visitors_of_each
 from scbm.reports.stored_cases import again
 from scbm.store import Written
-from scbm.testing.campaign_results_json import asserted_json, coverage_json, lifted_json, statuses_json
+from scbm.testing.campaign_results_json import asserted_json, coverage_json, hazard_json, lifted_json, statuses_json
 
 if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover
     from scbm.store import History, Recipe, StoredCase, StoredRun
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 
 
 def history_json(history: History) -> dict[str, Any]:
@@ -35,6 +35,8 @@ def history_json(history: History) -> dict[str, Any]:
         "outdated": history.outdated,
         "short_of_goal": history.short_count,
         "requirements_off": dict(history.model.requirements_off),
+        "requirements_on": list(history.model.requirements_on),
+        "hazards": len(history.hazards),
         "runs": [_run(run, names) for run in history.runs],
         "cases": [
             _case(label, case, history)
@@ -100,6 +102,7 @@ def _case(label: str, case: StoredCase, history: History) -> dict[str, Any]:
             {"kind": failure.kind.value, "subject": failure.subject, "message": failure.message}
             for failure in case.verdict.failures
         ],
+        "hazards": list(map(hazard_json, case.hazards)),
         "simulated_seconds": case.ended_ns / 1e9,
         "requests": case.requests,
     }

@@ -64,8 +64,7 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
         yield "lifted_obligations", str(lifted.of)
         if history.others:
             yield "lifted_from", united_in_words(history.lifted)
-    if history.short_count:
-        yield "cases_short_of_goal", short_of_goal_in_words(history.short_count, history.short)
+    yield from _beside_failures(history)
     if history.decided is not None:
         yield "of_what_can_be_covered", str(history.decided.coverable)
         for status, count in history.decided.counts.items():
@@ -75,6 +74,14 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
             yield "assumption", sentence
         for warning in status_warnings(history.decided):
             yield "warning", warning
+
+
+def _beside_failures(history: History) -> Iterator[tuple[str, str]]:
+    """Yield what fails no case, and is worth a look."""
+    if history.short_count:
+        yield "cases_short_of_goal", short_of_goal_in_words(history.short_count, history.short)
+    if history.hazards:
+        yield "hazards_at_devices", str(len(history.hazards))
 
 
 def _add_case(suite: Element, label: str, case: StoredCase, history: History, smallest: Sequence[SmallestCase]) -> None:
@@ -87,6 +94,7 @@ def _add_case(suite: Element, label: str, case: StoredCase, history: History, sm
     if case.verdict.is_short:
         reasons = ", ".join(excuse.words for excuse in dict.fromkeys(case.verdict.excuses))
         output.append(f"passed short of the goal ({case.verdict.end.replace('_', ' ')}), excused by {reasons}")
+    output += [f"hazard: {hazard}" for hazard in case.hazards]
     if output:
         SubElement(test, "system-out").text = "\n".join(output)
 

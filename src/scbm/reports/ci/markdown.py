@@ -22,6 +22,7 @@ from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.pictures import PICTURES
 from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, replay_command
+from scbm.testing.batches.batch_summary import MAX_HAZARDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -66,7 +67,8 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
         missed = missed_reasons(history, file, kind)
     undecided = [each for each in missed if each.status is Decision.UNDECIDED]
     others = [each for each in missed if each.status is not Decision.UNDECIDED]
-    blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history), _figures(history)]
+    blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history)]
+    blocks += [*_hazards(history), _figures(history)]
     folds = InstanceFolds.of(history.model)
     blocks += [*_missing(undecided, file, folds), *_not_needed(others, folds)]
     blocks += pictures
@@ -168,6 +170,15 @@ def _failed(causes: Sequence[Cause], history: History) -> Iterator[str]:
     more = len(causes) - _MAX_CAUSES
     rest = f"\nand {counted(more, 'more cause')}\n" if more > 0 else ""
     yield f"### Failed: {counted(len(history.failed), 'case')}\n\n{table}{rest}"
+
+
+def _hazards(history: History) -> Iterator[str]:
+    """Yield the hazards at devices, a line for each of the first ones."""
+    if history.hazards:
+        lines = [f"- {_cell(label)}: {_plain(str(hazard))}\n" for label, hazard in history.hazards[:MAX_HAZARDS]]
+        more = len(history.hazards) - MAX_HAZARDS
+        lines += [f"- and {more} more\n"] if more > 0 else []
+        yield f"### Hazards at devices: {len(history.hazards)}\n\n{''.join(lines)}"
 
 
 def _cause(cause: Cause, history: History) -> tuple[str, str, str]:

@@ -65,20 +65,23 @@ def sarif_log(history: History) -> str:
 def _run(history: History) -> dict[str, Any]:
     _, places = read_located(history.source.text, portable(history.source.path))
     results = [_result(cause, history, places) for cause in causes_of(history)]
+    results += [*_status_results(history, places), *_hazard_results(history, places)]
+    rules = _rules(history)
+    order = [rule["id"] for rule in rules]
     files = dict.fromkeys((portable(history.source.path), *_case_files(history)))
     return {
         "tool": {
             "driver": {
                 "name": "scbm",
                 "semanticVersion": __version__,
-                "rules": _rules(history),
+                "rules": rules,
             }
         },
         "automationDetails": {"id": f"scbm/{history.model.name}/"},
         "invocations": [{"commandLine": history.runs[-1].command, "executionSuccessful": True}],
         "columnKind": "unicodeCodePoints",
         "artifacts": [{"location": artifact_of(file)} for file in files],
-        "results": [*results, *_status_results(history, places)],
+        "results": [{"ruleId": each["ruleId"], "ruleIndex": order.index(each["ruleId"]), **each} for each in results],
         **_status_properties(history),
     }
 
@@ -90,6 +93,10 @@ _STATUS_RULES = {
     "ignored_certificate": ("A certificate that does not count", "It has flaws, or is about another model."),
 }
 """The title and the description of what statuses add; the level of waived obligations is `note`, else `warning`."""
+
+
+_HAZARD = "hazard"
+_HAZARD_WORDS = ("A hazard at a device", "A simulated device works for nobody, or at two requests at once.")
 
 
 def _status_rule(rule: str, title: str, sentence: str) -> dict[str, Any]:
@@ -141,10 +148,14 @@ def _status_result(rule: str, message: str, obligation: str, places: Places) -> 
     subject, _, aspect = obligation.partition("/")
     path = ("automatic_transitions", aspect) if subject == "automatic" else ("operations", subject)
     place, _ = places.find(path if obligation else ("behavior_model",))
-    fingerprint = sha256(f"{rule}\0{obligation or message}".encode()).hexdigest()[:16]
+    return _warning(rule, message, place, obligation or message)
+
+
+def _warning(rule: str, message: str, place: Place, subject: str) -> dict[str, Any]:
+    """Return a result that is no failure; two results with one rule and one subject are the same one."""
+    fingerprint = sha256(f"{rule}\0{subject}".encode()).hexdigest()[:16]
     return {
         "ruleId": rule,
-        "ruleIndex": len(_RULES) + list(_STATUS_RULES).index(rule),
         "level": _level(rule),
         "message": {"text": message},
         "locations": [{"physicalLocation": region_of(place)}],
@@ -152,12 +163,23 @@ def _status_result(rule: str, message: str, obligation: str, places: Places) -> 
     }
 
 
+def _hazard_results(history: History, places: Places) -> Iterator[dict[str, Any]]:
+    """Yield a result for the hazards of one kind at one device."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for label, hazard in history.hazards:
+        groups.setdefault((hazard.resource, hazard.kind), []).append(f"{hazard}, in {label}")
+    for (resource, kind), (first, *others) in groups.items():
+        more = f", and {counted(len(others), 'more hazard')} of this kind" if others else ""
+        place, _ = places.find(("resources", resource))
+        yield _warning(_HAZARD, f"{first}{more}", place, f"{resource} {kind}")
+
+
 def _rules(history: History) -> list[dict[str, Any]]:
-    """Return the rules: those about statuses only if statuses are known."""
+    """Return the rules: those about statuses only if statuses are known, that about hazards only if there are some."""
     rules = [_rule(kind, *words) for kind, words in _RULES.items()]
     if history.decided is not None:
         rules += [_status_rule(rule, *words) for rule, words in _STATUS_RULES.items()]
-    return rules
+    return [*rules, _status_rule(_HAZARD, *_HAZARD_WORDS)] if history.hazards else rules
 
 
 def _rule(kind: FailureKind, title: str, sentence: str) -> dict[str, Any]:
@@ -178,7 +200,6 @@ def _result(cause: Cause, history: History, places: Places) -> dict[str, Any]:
     fingerprint = _fingerprint(cause, place)
     return {
         "ruleId": kind.value,
-        "ruleIndex": list(_RULES).index(kind),
         "level": "error",
         "message": {"text": _message(cause, history)},
         "locations": [{"physicalLocation": region_of(place)}],

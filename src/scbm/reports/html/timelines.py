@@ -154,7 +154,10 @@ class _Packer:
             "violations": [self._violation(violation) for violation in execution.violations],
             "failures": [[self._text(str(each)), _record(each, execution)] for each in execution.verdict.failures],
             "unused": [self._text(sentence) for sentence in execution.unused],
-            "notes": [self._text(sentence) for sentence in (*execution.notes, *_repeats(execution))],
+            "notes": [
+                self._text(sentence)
+                for sentence in (*map(str, execution.hazards), *execution.notes, *_repeats(execution))
+            ],
         }
 
     def _spans(self, spans: Iterable[OperationSpan | RequestSpan | PlanningSpan | PlanSpan]) -> list[int]:

@@ -35,6 +35,7 @@ from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.pictures import PICTURES, ReportPictures
 from scbm.reports.status_lines import asserted_words, status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
+from scbm.testing.batches.batch_summary import MAX_HAZARDS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from scbm.reports.missed_groups import MissedRow
     from scbm.reports.missed_reasons import Missed
     from scbm.reports.pictures import PictureEntry
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.store import History, StoredCase, StoredRun
 
 MAX_NAMED = 5
@@ -239,6 +241,11 @@ class ReportView:
     def short_of_goal(self) -> str:
         """The number of cases that passed although they missed a goal, with the reasons, in words; empty for none."""
         return short_of_goal_in_words(self.history.short_count, self.history.short)
+
+    @property
+    def hazards(self) -> tuple[tuple[str, Hazard], ...]:
+        """The first hazards at devices, each with the label of its case."""
+        return self.history.hazards[:MAX_HAZARDS]
 
     @property
     def last_run(self) -> StoredRun:

@@ -20,6 +20,7 @@ from scbm.reports.figure_table import (
     STATUS_MARKS,
     command_text,
     figures,
+    hazard_lines,
     missed_table,
     requirements_off_lines,
     short_of_goal_in_words,
@@ -171,6 +172,7 @@ def coverage_report(
     yield from figures(coverage, columns)
     yield from _driver_lines(result, columns)
     yield from finding_lines(campaign, result.findings, result.commands)
+    yield from _hazards(campaign, columns)
     yield from unused_lines(campaign)
     table = list(missed_table(campaign.model, result.statuses, columns))
     is_short = is_too_long(table, shows_all=shows_all)
@@ -215,6 +217,14 @@ def missing_report(
     yield from _early(result)
     yield from _driver_lines(result, columns)
     yield from finding_lines(result.campaign, result.findings, result.commands)
+    yield from _hazards(result.campaign, columns)
+
+
+def _hazards(campaign: Campaign, columns: int) -> Iterator[Text]:
+    """Yield the hazards at devices; nothing if there are none."""
+    summary = campaign.summary
+    named = [(campaign.source.name(position), hazard) for position, hazard in summary.hazards]
+    yield from hazard_lines(named, summary.hazard_count, columns)
 
 
 def _forecast(result: CampaignResult) -> Iterator[Text]:

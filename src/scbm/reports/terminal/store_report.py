@@ -17,6 +17,7 @@ from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
     command_text,
     figures,
+    hazard_lines,
     missed_table,
     requirements_off_lines,
     short_of_goal_in_words,
@@ -28,6 +29,7 @@ from scbm.reports.status_lines import asserted_line, figure_lines, lifted_lines,
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
 from scbm.reports.terminal.missed_listing import is_too_long, reason_lines
 from scbm.running.simulation.excluded_values import EXCLUDED
+from scbm.testing.batches.batch_summary import MAX_HAZARDS
 from scbm.testing.campaign_results_json import coverage_json, lifted_json
 
 if TYPE_CHECKING:
@@ -175,6 +177,7 @@ def stored_report(
     yield Text()
     yield from figures(coverage, columns)
     yield from _failed(history)
+    yield from hazard_lines(history.hazards[:MAX_HAZARDS], len(history.hazards), columns)
     table = list(missed_table(history.model, history.statuses, columns))
     if is_too_long(table, shows_all=shows_all):
         missed = missed_reasons(history, history.source.path, CampaignKind.of_store(history))

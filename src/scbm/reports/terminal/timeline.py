@@ -73,10 +73,13 @@ def timeline(
     yield from map(draw_line, story_lines(model, execution, every=every))
     bars = list(_bars(execution, columns))
     yield from [Text(), *bars] if bars else []
-    shown = execution.verdict.failures or execution.unused or execution.notes or execution.excluded
+    verdict = (execution.verdict.failures, execution.unused, execution.notes, execution.excluded, execution.hazards)
+    shown = any(verdict)
     if execution.trace.records and shown:
         yield Text()
     yield from _excluded(execution)
+    for hazard in execution.hazards:
+        yield Text("HAZARD  ", style="bold red").append(str(hazard))
     for note in execution.notes:
         yield Text("NOTE  ", style="bold").append(note)
     for unused in execution.unused:

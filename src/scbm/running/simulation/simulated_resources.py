@@ -19,12 +19,21 @@ _WELL = Condition()
 
 
 class Job(Struct):
-    """One copy of a request that arrived, with the reaction to it, the kind of the reply, and the values in it."""
+    """One copy of a request that arrived.
+
+    Attributes:
+        request: the number of the request.
+        reaction: the reaction to it.
+        succeeds: the kind of the reply.
+        measured: the values in the reply.
+        takes_ns: how long the resource works at it; `None` if it works until the request is cancelled.
+    """
 
     request: int
     reaction: Reaction
     succeeds: bool = True
     measured: Changes = ()
+    takes_ns: int | None = None
 
 
 class SimulatedResource(Struct):
@@ -50,6 +59,11 @@ class SimulatedResource(Struct):
         return SimulatedResource(resource.name, fails_with=plainly_measured(resource, Outcome.FAIL) or ())
 
     @property
+    def jobs(self) -> tuple[Job, ...]:
+        """The jobs at which the resource works."""
+        return tuple(self._jobs)
+
+    @property
     def is_down(self) -> bool:
         """Whether the resource is restarting; restarts may overlap."""
         return self.downs > 0
@@ -67,13 +81,14 @@ class SimulatedResource(Struct):
     def _begin(self, job: Job) -> tuple[Job, int] | None:
         reaction, kind = job.reaction, self.condition.kind
         outcome = kind.outcome(reaction.outcome)
+        self._jobs.append(job)
         if outcome is Outcome.TIMEOUT:
             return None
         job.succeeds = outcome is Outcome.SUCCEED
         fails_with = self.fails_with if outcome is Outcome.FAIL else ()
         job.measured = (reaction.measured or ()) if outcome is reaction.outcome else fails_with
-        self._jobs.append(job)
-        return job, kind.time(reaction.latency_ns, self.condition.factor)
+        job.takes_ns = kind.time(reaction.latency_ns, self.condition.factor)
+        return job, job.takes_ns
 
     def finish(self, job: Job) -> bool:
         """Finish a job whose time is over; return whether it is answered: it may have been cancelled or forgotten."""

@@ -33,6 +33,7 @@ from scbm.running.events import (
 )
 from scbm.running.program import Program
 from scbm.running.runner import Runner
+from scbm.running.simulation.device_hazards import DeviceWatch
 from scbm.running.simulation.environment_moves import ClockTick, event_of, parts_of
 from scbm.running.simulation.free_choices import MessageKind
 from scbm.running.simulation.impossible_changes import ImpossibleChange, why_impossible
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.planning import Answer, PlanSource
     from scbm.running.events import OutwardEffect
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.running.simulation.environment_moves import EnvironmentMoves
     from scbm.running.simulation.free_choices import Choices
 
@@ -63,6 +65,7 @@ class Simulated(Struct, frozen=True):
         left_out: the changes of the case that no maker could make on a mutant.
         off_rates: a sentence for each change that came at another time than the rates of the model allow.
         missing: the changes of the case whose moments did not come before the end.
+        hazards: what devices did and the controller did not know.
     """
 
     end: End
@@ -73,6 +76,7 @@ class Simulated(Struct, frozen=True):
     left_out: tuple[ImpossibleChange, ...] = ()
     off_rates: tuple[str, ...] = ()
     missing: tuple[EnvironmentChange, ...] = ()
+    hazards: tuple[Hazard, ...] = ()
 
 
 class TooLongError(Exception):
@@ -224,6 +228,7 @@ class _SimulationRun:
         self._order = count()
         self._heap: list[tuple[int, int, _Occurrence]] = []
         self._resources = {name: SimulatedResource.of(resource) for name, resource in simulator.resources.items()}
+        self._devices = None if choices.is_plain else DeviceWatch(self._resources)
         self._operation: str | None = None
         self._records: list[Record] = []
         self._now_ns = 0
@@ -268,7 +273,8 @@ class _SimulationRun:
         missing = () if self._environment is None else self._environment.missing()
         missing = () if self._end is End.TIME_LIMIT else missing  # what may still come makes a run wait
         records = tuple(self._records)
-        return Simulated(self._end, self._now_ns, records, moves, impossible, left_out, off_rates, missing)
+        hazards = () if self._devices is None else self._devices.hazards(self._simulator.resources, records)
+        return Simulated(self._end, self._now_ns, records, moves, impossible, left_out, off_rates, missing, hazards)
 
     def _handle(self, event: Event) -> None:
         """Let the runner handle an event, and carry out what it wants."""
@@ -371,6 +377,7 @@ class _SimulationRun:
             case ChangeResource(resource, condition):
                 for job, latency_ns in self._resources[resource].become(condition):
                     self.schedule(self._now_ns + latency_ns, _Finishes(resource, job))
+                self._observe_device(resource)
             case AskPlan():
                 self._plan(effect)
             case RunFinished():
@@ -392,6 +399,8 @@ class _SimulationRun:
     def _send(self, message: MessageKind, request: int, resource: str) -> None:
         """Send a message to a resource; without a delay it arrives at once."""
         for delay_ns in self._travel(message, request, resource):
+            if self._devices is not None and message is MessageKind.CANCEL:
+                self._devices.cancel(request, self._now_ns + delay_ns)
             if delay_ns:
                 self.schedule(self._now_ns + delay_ns, _Arrives(message, request, resource))
             else:
@@ -406,18 +415,26 @@ class _SimulationRun:
 
     def _arrive(self, message: MessageKind, request: int, name: str) -> None:
         resource = self._resources[name]
+        begun = None
         if message is MessageKind.CANCEL:
             resource.cancel(request)
-            return
-        begun = resource.receive(request, self._choices.taken_by(request))
+        else:
+            begun = resource.receive(request, self._choices.taken_by(request))
         if begun is not None:
             job, latency_ns = begun
             self.schedule(self._now_ns + latency_ns, _Finishes(name, job))
+        self._observe_device(name)
+
+    def _observe_device(self, name: str, finished: Job | None = None) -> None:
+        """Note at which requests a resource works now; `finished` is the job whose time is over."""
+        if self._devices is not None:
+            self._devices.observe(name, self._now_ns, finished)
 
     def _answer(self, resource: str, job: Job) -> Event | None:
         """Finish a job; return its reply if it arrives at once. A delayed reply is scheduled."""
         if not self._resources[resource].finish(job):
             return None
+        self._observe_device(resource, job)
         reply = ReplyArrived(job.request, job.succeeds, job.measured)
         at_once = None
         for delay_ns in self._travel(MessageKind.REPLY, job.request, resource):
@@ -431,6 +448,7 @@ class _SimulationRun:
         resource = self._resources[name]
         resource.downs += 1 if is_down else -1
         resource.forget()
+        self._observe_device(name)
         condition = "down" if resource.is_down else str(resource.condition)
         self._records.append(ResourceChanged(self._now_ns, NETWORK, name, condition))
 

@@ -17,6 +17,7 @@ from scbm.testing.verdicts import FailureKind
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from scbm.running.simulation.device_hazards import Hazard
     from scbm.testing.verdicts import Excuse, Failure, Verdict
 
 _Counted = TypeVar("_Counted")
@@ -35,6 +36,10 @@ _MAX_UNUSED = 10
 """Maximum number of clauses without effect that are kept; a report shows no more."""
 
 
+MAX_HAZARDS = 10
+"""Maximum number of hazards at devices that a report lists."""
+
+
 class CaseOutcome(NamedTuple):
     """The result of a case without the case itself, which its position gives.
 
@@ -47,6 +52,7 @@ class CaseOutcome(NamedTuple):
         unused: the clauses of the case that had no effect.
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
         excluded: over nodes the number of values that drivers sent and the model excludes.
+        hazards: in a simulation what devices did and the controller did not know.
     """
 
     position: int
@@ -57,6 +63,7 @@ class CaseOutcome(NamedTuple):
     unused: tuple[str, ...]
     forced: int = 0
     excluded: int = 0
+    hazards: tuple[Hazard, ...] = ()
 
 
 class FailureCause(Struct, frozen=True):
@@ -98,6 +105,8 @@ class BatchSummary(Struct, frozen=True):
         excuses: how many missed goals were excused for which reason, in the order of the first case of each.
         short: the same for the cases that passed.
         short_count: how many cases passed although they missed a goal.
+        hazards: position and hazard of the first ten hazards at devices.
+        hazard_count: how many there are.
     """
 
     written: int = 0
@@ -116,6 +125,8 @@ class BatchSummary(Struct, frozen=True):
     excuses: tuple[tuple[Excuse, int], ...] = ()
     short: tuple[tuple[Excuse, int], ...] = ()
     short_count: int = 0
+    hazards: tuple[tuple[int, Hazard], ...] = ()
+    hazard_count: int = 0
 
     @property
     def last(self) -> int:
@@ -177,6 +188,8 @@ def merge(left: BatchSummary, right: BatchSummary) -> BatchSummary:
         _added(left.excuses, right.excuses),
         _added(left.short, right.short),
         left.short_count + right.short_count,
+        (*left.hazards, *right.hazards)[:MAX_HAZARDS],
+        left.hazard_count + right.hazard_count,
     )
     is_short = merged.last - merged.written <= MAX_LISTED and left.is_whole and right.is_whole
     return merged if is_short else merged.notable()
@@ -240,6 +253,7 @@ class SummaryBuilder(Struct):
     _causes: list[FailureCause] = field(default_factory=list)
     _failed: list[int] = field(default_factory=list)
     _unused: list[tuple[int, str]] = field(default_factory=list)
+    _hazards: list[tuple[int, Hazard]] = field(default_factory=list)
     _outcomes: list[CaseOutcome] = field(default_factory=list)
     _count: int = 0
 
@@ -256,6 +270,7 @@ class SummaryBuilder(Struct):
                 self._short[excuse] = self._short.get(excuse, 0) + 1
         self._sets[visited] = self._sets.get(visited, 0) + 1
         self._unused += [(outcome.position, sentence) for sentence in outcome.unused]
+        self._hazards += [(outcome.position, hazard) for hazard in outcome.hazards]
         is_new = bool(visited & ~self._union)
         if is_new:
             self._union |= visited
@@ -286,6 +301,8 @@ class SummaryBuilder(Struct):
             tuple(self._excuses.items()),
             tuple(self._short.items()),
             self._short_count,
+            tuple(self._hazards[:MAX_HAZARDS]),
+            len(self._hazards),
         )
         return built if self.lists_all else built.notable()
 
