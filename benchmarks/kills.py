@@ -189,7 +189,7 @@ class Listener:
         await bus.close()
 
     def _hear(self, received: Received) -> None:
-        message = json.loads(str(received.data))
+        message = json.loads(str(received.message.data))
         if message["kind"] == "prepare" and message["run"] not in self.runs:
             name = message["case"].partition("case: ")[2].partition("\n")[0]
             self.runs[message["run"]] = Run(name, received.stamp_ns)

@@ -26,13 +26,14 @@ from cyclonedds.util import duration
 
 from scbm.cases import Case
 from scbm.files import read_model
-from scbm.nodes.buses.bus import MessageType, Topic
+from scbm.nodes.buses.bus import Topic
 from scbm.nodes.buses.dds import open_dds
+from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.dds_names import topic_name
-from scbm.nodes.buses.dds.message_types import message_class
 from scbm.nodes.links.link import Correlation
 from scbm.nodes.links.topic_link import TopicLink
 from scbm.nodes.roles.wall_clock import Clock, Driver
+from scbm.nodes.types.definitions import STRING
 from scbm.running import GoalGiven, PlanAnswered, PlanStatus, Program, ReplyArrived, RunnerOptions
 from scbm.running.simulation.case_runner import CaseRunner
 
@@ -80,9 +81,11 @@ async def answer_at_bus() -> None:
     bus = open_dds("resource", DOMAIN, print)
     replies = bus.publisher(REPLY)
     gone = asyncio.Event()
-    bus.subscribe(REQUEST, lambda came: replies.publish(reply_text(str(came.data))), left=lambda _: gone.set())
+    bus.subscribe(
+        REQUEST, lambda came: replies.publish({"data": reply_text(str(came.message.data))}), left=lambda _: gone.set()
+    )
     at_runner = bus.publisher(RUNNER_REPLY)
-    bus.subscribe(RUNNER_REQUEST, lambda came: at_runner.publish(reply_text(str(came.data))))
+    bus.subscribe(RUNNER_REQUEST, lambda came: at_runner.publish({"data": reply_text(str(came.message.data))}))
     await gone.wait()
     await bus.close()
 
@@ -103,14 +106,14 @@ class Asker:
             self.ready.set()
 
     def _receive(self, came: Received) -> None:
-        self.waiting.pop(json.loads(str(came.data))["id"]).set_result(None)
+        self.waiting.pop(json.loads(str(came.message.data))["id"]).set_result(None)
 
     def ask(self, number: int) -> asyncio.Future[None]:
         """Sends a request; the future is done with its reply."""
         text = request_text(number)
         done = asyncio.get_running_loop().create_future()
         self.waiting[json.loads(text)["id"]] = done
-        self.requests.publish(text)
+        self.requests.publish({"data": text})
         return done
 
     async def trips(self, count: int) -> list[float]:
@@ -235,7 +238,7 @@ class Bare:
             Policy.History.KeepAll,
             Policy.DataRepresentation(use_cdrv0_representation=True),
         )
-        self.type = message_class(MessageType.STRING)
+        self.type = message_class(STRING)
         self.writer = DataWriter(self.participant, DdsTopic(self.participant, topic_name(written.name), self.type), qos)
         self.reader = DataReader(self.participant, DdsTopic(self.participant, topic_name(read.name), self.type), qos)
         self.waitset = WaitSet(self.participant)

@@ -16,13 +16,13 @@ from scbm.cli.application import verb_options
 from scbm.cli.message_sections import messages_text
 from scbm.cli.verb_registry import VERBS
 from scbm.closing.case_searches import CASE_SEARCHES
-from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.lifted.part_keys import PartKeys
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
 from scbm.files.key_reference import key_table, mappings_of
 from scbm.mutation.mutation_operators import MUTATIONS
+from scbm.nodes.bindings.binding_keys import BindingsKeys
 from scbm.planning.planners import PLANNERS
 from scbm.plugins.pytest import pytest_addoption
 from scbm.store.store_schema import TABLES

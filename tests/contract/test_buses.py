@@ -7,18 +7,8 @@ from typing import TypeAlias
 
 import pytest
 
-from scbm.nodes.buses.bus import (
-    SET_BOOL,
-    TRIGGER,
-    Answered,
-    Bus,
-    MessageType,
-    Received,
-    Scalar,
-    Service,
-    Topic,
-    Unmatched,
-)
+from scbm.nodes.buses.bus import Answered, Bus, Received, Service, Topic, Unmatched
+from scbm.nodes.types.definitions import BOOL, FLOAT64, INT64, SET_BOOL, STRING, TRIGGER, MessageDefinition, Scalar
 from scbm.testing.transports import TRANSPORTS
 from support import loops
 from support.kept import Kept
@@ -48,32 +38,32 @@ async def closed(*buses: Bus) -> None:
 @pytest.mark.parametrize(
     ("type_", "data"),
     [
-        (MessageType.STRING, "Grüße an den 🤖"),
-        (MessageType.STRING, ""),
-        (MessageType.STRING, "x" * 3_000_000),
-        (MessageType.BOOL, True),
-        (MessageType.BOOL, False),
-        (MessageType.INT64, 2**63 - 1),
-        (MessageType.INT64, -(2**63)),
-        (MessageType.FLOAT64, 0.1),
-        (MessageType.FLOAT64, float("-inf")),
+        (STRING, "Grüße an den 🤖"),
+        (STRING, ""),
+        (STRING, "x" * 3_000_000),
+        (BOOL, True),
+        (BOOL, False),
+        (INT64, 2**63 - 1),
+        (INT64, -(2**63)),
+        (FLOAT64, 0.1),
+        (FLOAT64, float("-inf")),
     ],
 )
-def test_a_message_arrives_as_it_was_sent(make_bus: MakeBus, type_: MessageType, data: Scalar) -> None:
+def test_a_message_arrives_as_it_was_sent(make_bus: MakeBus, type_: MessageDefinition, data: Scalar) -> None:
     async def scenario() -> Received:
         ours, theirs = make_bus("ours"), make_bus("theirs")
         matched, received = Kept[int](), Kept[Received]()
         theirs.subscribe(Topic("/a/b", type_), received)
         publisher = ours.publisher(Topic("/a/b", type_), matched)
         await matched.ends_with(1)
-        publisher.publish(data)
+        publisher.publish({"data": data})
         (came,) = await received.first(1)
         await closed(ours, theirs)
         return came
 
     came = loops.run(scenario())
-    assert came.data == data
-    assert type(came.data) is type(data)
+    assert came.message.data == data
+    assert type(came.message.data) is type(data)
 
 
 def test_nothing_is_lost_and_the_order_is_kept_across_topics(make_bus: MakeBus) -> None:
@@ -84,10 +74,10 @@ def test_nothing_is_lost_and_the_order_is_kept_across_topics(make_bus: MakeBus) 
         matched, received = Kept[int](), Kept[tuple[str, Scalar]]()
         publishers = [ours.publisher(topic, matched) for topic in topics]
         for topic in topics:
-            theirs.subscribe(topic, lambda came, name=topic.name: received((name, came.data)))  # type: ignore[misc]
+            theirs.subscribe(topic, lambda came, name=topic.name: received((name, came.message.data)))  # type: ignore[misc]
         await matched.first(len(topics))
         for number in range(1_500):
-            publishers[number % 3].publish(str(number))
+            publishers[number % 3].publish({"data": str(number)})
         came = await received.first(1_500)
         await closed(ours, theirs)
         return came
@@ -103,7 +93,7 @@ def test_stamps_do_not_go_back(make_bus: MakeBus) -> None:
         publisher = ours.publisher(TALK, matched)
         await matched.ends_with(1)
         for number in range(200):
-            publisher.publish(str(number))
+            publisher.publish({"data": str(number)})
         came = await received.first(200)
         await closed(ours, theirs)
         return came
@@ -124,17 +114,17 @@ def test_a_bus_does_not_hear_itself(make_bus: MakeBus) -> None:
         heard = Kept[int]()
         answer = theirs.publisher(TALK, heard)
         await heard.ends_with(1)
-        publisher.publish("own")
+        publisher.publish({"data": "own"})
         await other.first(1)
-        answer.publish("of the other")
+        answer.publish({"data": "of the other"})
         await own.first(1)
         peers = publisher.peers
         await closed(ours, theirs)
         return own.all, other.all, peers
 
     own, other, peers = loops.run(scenario())
-    assert [came.data for came in own] == ["of the other"]
-    assert [came.data for came in other] == ["own"]
+    assert [came.message.data for came in own] == ["of the other"]
+    assert [came.message.data for came in other] == ["own"]
     assert peers == 1
 
 
@@ -168,7 +158,7 @@ def test_what_is_sent_when_somebody_is_matched_reaches_them(make_bus: MakeBus) -
 
         def greet(count: int) -> None:
             if count:
-                publisher.publish("welcome")
+                publisher.publish({"data": "welcome"})
 
         publisher = ours.publisher(TALK, greet)
         theirs.subscribe(TALK, received)
@@ -176,7 +166,7 @@ def test_what_is_sent_when_somebody_is_matched_reaches_them(make_bus: MakeBus) -
         await closed(ours, theirs)
         return received.all
 
-    assert [came.data for came in loops.run(scenario())] == ["welcome"]
+    assert [came.message.data for came in loops.run(scenario())] == ["welcome"]
 
 
 def test_those_that_come_later_get_the_last_latched_message_of_each_publisher(make_bus: MakeBus) -> None:
@@ -187,17 +177,17 @@ def test_those_that_come_later_get_the_last_latched_message_of_each_publisher(ma
         first, second = ours.publisher(LATCHED), theirs.publisher(LATCHED)
         await matched.ends_with(2)
         for word in ("one", "two", "three"):
-            first.publish(word)
-        second.publish("four")
+            first.publish({"data": word})
+        second.publish({"data": "four"})
         await early.first(4)
         late_bus.subscribe(LATCHED, late)
         await late.first(2)
         # Behind these would be what should not have come.
-        first.publish("five")
-        second.publish("six")
+        first.publish({"data": "five"})
+        second.publish({"data": "six"})
         await late.first(4)
         await closed(ours, theirs, early_bus, late_bus)
-        return [came.data for came in early.all[:4]], [came.data for came in late.all]
+        return [came.message.data for came in early.all[:4]], [came.message.data for came in late.all]
 
     early, late = loops.run(scenario())
     assert [word for word in early if word != "four"] == ["one", "two", "three"]
@@ -212,14 +202,14 @@ def test_those_that_come_later_get_nothing_of_what_is_not_latched(make_bus: Make
         publisher = ours.publisher(TALK, matched)
         early_bus.subscribe(TALK, early)
         await matched.ends_with(1)
-        publisher.publish("before")
+        publisher.publish({"data": "before"})
         await early.first(1)
         late_bus.subscribe(TALK, late)
         await matched.ends_with(2)
-        publisher.publish("after")
+        publisher.publish({"data": "after"})
         await late.first(1)
         await closed(ours, early_bus, late_bus)
-        return [came.data for came in late.all]
+        return [came.message.data for came in late.all]
 
     assert loops.run(scenario()) == ["after"]
 
@@ -232,8 +222,8 @@ def test_publishers_are_distinguished(make_bus: MakeBus) -> None:
         first, second = ours.publisher(TALK), theirs.publisher(TALK)
         await matched.ends_with(2)
         for number in range(5):
-            first.publish(f"first {number}")
-            second.publish(f"second {number}")
+            first.publish({"data": f"first {number}"})
+            second.publish({"data": f"second {number}"})
         await received.first(10)
         await closed(ours, theirs, ears)
         return received.all
@@ -241,7 +231,7 @@ def test_publishers_are_distinguished(make_bus: MakeBus) -> None:
     came = loops.run(scenario())
     by_source: dict[int, list[Scalar]] = {}
     for message in came:
-        by_source.setdefault(message.source, []).append(message.data)
+        by_source.setdefault(message.source, []).append(message.message.data)
     assert sorted(map(str, by_source.values())) == sorted(
         str([f"{who} {number}" for number in range(5)]) for who in ("first", "second")
     )
@@ -255,14 +245,16 @@ def test_a_publisher_that_leaves_is_reported_behind_the_last_of_its_messages(mak
         publisher = ours.publisher(TALK, matched)
         await matched.ends_with(1)
         for number in range(300):
-            publisher.publish(str(number))
+            publisher.publish({"data": str(number)})
         await ours.close()
         came = list(await events.first(301))
         await ears.close()
         return came
 
     *messages, last = loops.run(scenario())
-    assert [came.data for came in messages if isinstance(came, Received)] == [str(number) for number in range(300)]
+    assert [came.message.data for came in messages if isinstance(came, Received)] == [
+        str(number) for number in range(300)
+    ]
     assert [last] == sorted({came.source for came in messages if isinstance(came, Received)})
 
 
@@ -275,12 +267,12 @@ def test_nothing_is_called_back_behind_close(make_bus: MakeBus) -> None:
         publisher = ours.publisher(TALK, matched)
         await matched.until(lambda kept: kept[-1:] == [2])
         await before.first(1)
-        publisher.publish("last words")
+        publisher.publish({"data": "last words"})
         # Without a turn of the loop between: the message is on its way to both.
         await closing.close()
         known = list(before.all)
         await matched.ends_with(1)
-        publisher.publish("more")
+        publisher.publish({"data": "more"})
         await after.first(2)
         await closed(ours, staying)
         return known, before.all
@@ -303,7 +295,7 @@ def test_closing_twice_is_closing(make_bus: MakeBus) -> None:
 def test_another_type_at_the_name_is_why_nobody_is_there(make_bus: MakeBus) -> None:
     async def scenario() -> Unmatched | None:
         ours, theirs = make_bus("ours"), make_bus("theirs")
-        wrong, other = Topic(TALK.name, MessageType.BOOL), Topic("/cell/other")
+        wrong, other = Topic(TALK.name, BOOL), Topic("/cell/other")
         met = Kept[int]()
         ours.publisher(TALK)
         ours.publisher(other, met)
@@ -352,7 +344,7 @@ def test_a_call_is_answered_once_with_the_number_it_had(make_bus: MakeBus) -> No
         return calls, answers.all
 
     calls, answers = loops.run(scenario())
-    assert {answer.call: dict(answer.fields) for answer in answers} == {
+    assert {answer.call: dict(vars(answer.message)) for answer in answers} == {
         call: {"success": number % 2 == 0, "message": f"was {number % 2 == 0}"} for number, call in enumerate(calls)
     }
     assert len(answers) == len(calls)

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from scbm.nodes.buses.bus import SET_BOOL, TRIGGER, Bus, Client, MessageType, Scalar, Service, Topic
+from scbm.nodes.buses.bus import Bus, Client, Service, Topic
+from scbm.nodes.types.definitions import BOOL, SET_BOOL, TRIGGER, Scalar
 from support.bus_callbacks import BusCallbacks, over_bus
 from support.loops import GUARD_S
 from support.node_processes import PATIENCE
@@ -25,7 +26,7 @@ LIGHT = Service("/scanner/light", SET_BOOL)
 LATCH = Service("/latch", TRIGGER)
 REQUESTS = Topic("/scanner/request")
 REPLIES = Topic("/scanner/reply")
-SEES = Topic("/scanner/sees", MessageType.BOOL, is_latched=True)
+SEES = Topic("/scanner/sees", BOOL, is_latched=True)
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "robot_in_the_air"
 
@@ -71,8 +72,8 @@ def test_it_answers_our_calls(domain: int, ros2_peer_program: Path) -> None:
             await callbacks.until(lambda: callbacks.answers[-1].call == call)
 
             assert client.peers == 1
-            assert callbacks.answers[0].fields == {"success": True, "message": "light true"}
-            assert callbacks.answers[-1].fields == {"success": False, "message": "light false"}
+            assert vars(callbacks.answers[0].message) == {"success": True, "message": "light true"}
+            assert vars(callbacks.answers[-1].message) == {"success": False, "message": "light false"}
 
     over_bus(domain, story)
 
@@ -127,8 +128,8 @@ def test_we_answer_its_calls(domain: int, ros2_peer_program: Path) -> None:
         with peer(ros2_peer_program, domain, "call", LATCH.name) as there:
             await callbacks.until(lambda: sees.peers == 1 and start.peers == 1)
             await until_matched(there, "rq/latchRequest", "rr/latchReply", "rt/scanner/request")
-            await until_heard(lambda: start.publish("probe"), there, "called probe", lambda: bool(served))
-            start.publish(str(total))
+            await until_heard(lambda: start.publish({"data": "probe"}), there, "called probe", lambda: bool(served))
+            start.publish({"data": str(total)})
             await asyncio.to_thread(there.says, f"answered {total}")
 
             assert served[-1] >= total
@@ -145,10 +146,10 @@ def test_it_speaks_the_protocol_of_drivers(domain: int, ros2_peer_program: Path)
             await until_matched(there, "rt/scanner/request", "rt/scanner/reply")
             request = json.dumps({"id": "ü-7", "request": {"scanner_command": "scan_item_a"}}, ensure_ascii=False)
             await until_heard(
-                lambda: requests.publish(request), there, f"took {request}", lambda: bool(callbacks.messages)
+                lambda: requests.publish({"data": request}), there, f"took {request}", lambda: bool(callbacks.messages)
             )
 
-            assert json.loads(str(callbacks.messages[0].data)) == {"id": "ü-7", "succeeded": True}
+            assert json.loads(str(callbacks.messages[0].message.data)) == {"id": "ü-7", "succeeded": True}
 
     over_bus(domain, story)
 
@@ -159,7 +160,7 @@ def test_its_latched_measurement_arrives(domain: int, ros2_peer_program: Path) -
             await asyncio.to_thread(there.says, "ready")
             bus.subscribe(SEES, callbacks.received, callbacks.matched)
             await callbacks.until(lambda: bool(callbacks.messages))
-            assert [message.data for message in callbacks.messages] == [True]
+            assert [message.message.data for message in callbacks.messages] == [True]
 
     over_bus(domain, story)
 

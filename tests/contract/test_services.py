@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from scbm.nodes.buses.bus import TRIGGER, Bus, MessageType, Service, Topic
+from scbm.nodes.buses.bus import Bus, Service, Topic
+from scbm.nodes.types.definitions import FLOAT64, TRIGGER
 from support.bus_callbacks import BusCallbacks, over_bus
 from support.loops import GUARD_S
 from support.peers import LEASE_1S, peer
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.peer
 SCAN = Service("/scanner/scan_item_a", TRIGGER)
 REQUESTS = Topic("/scanner/request")
 REPLIES = Topic("/scanner/reply")
-DISTANCE = Topic("/scanner/distance", MessageType.FLOAT64, is_latched=True)
+DISTANCE = Topic("/scanner/distance", FLOAT64, is_latched=True)
 
 
 def test_it_answers_our_calls(domain: int, scanner_program: Path) -> None:
@@ -31,7 +32,9 @@ def test_it_answers_our_calls(domain: int, scanner_program: Path) -> None:
             await callbacks.until_answers(2)
 
             assert [answer.call for answer in callbacks.answers] == calls
-            assert [answer.fields for answer in callbacks.answers] == [{"success": True, "message": "scanned"}] * 2
+            assert [vars(answer.message) for answer in callbacks.answers] == [
+                {"success": True, "message": "scanned"}
+            ] * 2
             there.process.terminate()
             await callbacks.until(lambda: client.peers == 0)
 
@@ -45,7 +48,7 @@ def test_it_may_fail(domain: int, scanner_program: Path) -> None:
             await callbacks.until(lambda: client.peers == 1)
             client.call({})
             await callbacks.until_answers(1)
-            assert callbacks.answers[0].fields == {"success": False, "message": "nothing in sight"}
+            assert vars(callbacks.answers[0].message) == {"success": False, "message": "nothing in sight"}
 
     over_bus(domain, story)
 
@@ -79,10 +82,10 @@ def test_it_speaks_the_protocol_of_drivers(domain: int, scanner_program: Path) -
                 "id": "9f2c-7",
                 "request": {"scanner_command": "scan_item_a", "of": ['ü"}', {"id": "no"}, -1.5e3]},
             }
-            requests.publish(json.dumps(request, ensure_ascii=False))
+            requests.publish({"data": json.dumps(request, ensure_ascii=False)})
             await callbacks.until(lambda: bool(callbacks.messages))
 
-            assert [json.loads(str(message.data)) for message in callbacks.messages] == [
+            assert [json.loads(str(message.message.data)) for message in callbacks.messages] == [
                 {"id": "9f2c-7", "succeeded": True, "measured": measured}
             ]
 
@@ -96,11 +99,11 @@ def test_a_request_that_is_cancelled_is_not_answered(domain: int, scanner_progra
         client = bus.client(SCAN, callbacks.answered, callbacks.matched)
         with peer(scanner_program, domain, "--works-ms", 3_600_000) as there:
             await callbacks.until(lambda: requests.peers == 1 and replies.peers == 1 and client.peers == 1)
-            requests.publish('{"id": "a-1", "request": {"scanner_command": "scan_item_a"}}')
+            requests.publish({"data": '{"id": "a-1", "request": {"scanner_command": "scan_item_a"}}'})
             await asyncio.to_thread(there.says, 'took "a-1"')
-            requests.publish('{"id": "a-1", "cancel": true}')
+            requests.publish({"data": '{"id": "a-1", "cancel": true}'})
             await asyncio.to_thread(there.says, 'cancelled "a-1"')
-            requests.publish('{"id": "a-1"}')
+            requests.publish({"data": '{"id": "a-1"}'})
             await asyncio.to_thread(there.says, 'not of the protocol: {"id": "a-1"}')
             assert callbacks.messages == []
 
@@ -124,7 +127,7 @@ def test_it_takes_nothing_that_is_not_of_the_protocol(domain: int, scanner_progr
         requests = bus.publisher(REQUESTS, callbacks.matched)
         with peer(scanner_program, domain) as there:
             await callbacks.until(lambda: requests.peers == 1)
-            requests.publish(text)
+            requests.publish({"data": text})
             await asyncio.to_thread(there.says, f"not of the protocol: {text}")
 
     over_bus(domain, story)
@@ -138,7 +141,7 @@ def test_its_measurements_arrive(domain: int, scanner_program: Path) -> None:
             await callbacks.until(lambda: len(callbacks.messages) == 1 and client.peers == 1)
             client.call({})
             await callbacks.until(lambda: len(callbacks.messages) == 2)
-            assert [message.data for message in callbacks.messages] == [0.75, 0.75]
+            assert [message.message.data for message in callbacks.messages] == [0.75, 0.75]
 
     over_bus(domain, story)
 

@@ -21,9 +21,9 @@ from cyclonedds.util import duration
 
 from scbm.cases.trace import Record, ReplyReceived, RequestCancelled, RequestSent, ResourceChanged
 from scbm.files import digest_of, load_model
-from scbm.model import MessageType
-from scbm.nodes.buses.dds.message_types import message_class
+from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.raw_samples import delete
+from scbm.nodes.types.definitions import BOOL, MessageDefinition
 from scbm.running import Program
 from scbm.testing.event_logs.event_log import open_event_log, replay
 from support.domains import LOOPBACK
@@ -438,7 +438,7 @@ def test_resources_that_nobody_simulates_are_reported(cell: ProcessCell, wording
 
 
 @contextmanager
-def hearing(domain: int, name: str, type_: MessageType) -> Iterator[None]:
+def hearing(domain: int, name: str, type_: MessageDefinition) -> Iterator[None]:
     """A driver that hears a topic, of a type that may be wrong."""
     peer = DomainParticipant(domain)
     class_ = message_class(type_)
@@ -453,7 +453,7 @@ def test_a_driver_of_another_type_is_reported_however_long_nodes_may_take_to_com
 ) -> None:
     bindings = cell.directory / "bindings.yaml"
     bindings.write_text("bindings_of: trouble\nresources: {arm: {topics: {request: /arm/ask, reply: /arm/tell}}}\n")
-    with hearing(cell.domain, "rt/arm/ask", MessageType.BOOL):
+    with hearing(cell.domain, "rt/arm/ask", BOOL):
         cell.start("node", "controller", cell.model, "--bindings", bindings, "--real", "arm").says("controller of .*")
         cell.resources("lamp")
         ended = cell.tester(cell.case("one"), "--wait", "1 h", scale=1).ends()

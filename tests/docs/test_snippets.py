@@ -149,7 +149,7 @@ def furnish(directory: Path, block: Block) -> None:
     last = {name: other for other in above if (name := file_name(other)) is not None}  # of blocks of one name
     for name, other in last.items():
         path = directory / name
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         is_ours = not path.is_symlink() and path.parent.resolve().is_relative_to(directory.resolve())
         assert is_ours, f"{other}: the repository has a file of this name"
         path.write_text(other.text, encoding="utf-8")
@@ -157,7 +157,7 @@ def furnish(directory: Path, block: Block) -> None:
 
 def file_name(block: Block) -> str | None:
     """The name under which the commands of the page find a block."""
-    if block.language not in ("yaml", "python"):
+    if block.language not in ("yaml", "python", "text"):
         return None
     model, file = MODEL.fullmatch(block.first), FILE.fullmatch(block.first)
     if model is not None:
@@ -265,8 +265,9 @@ def test_commands_print_what_the_page_says(block: Block, tmp_path: Path, request
 
 
 @pytest.mark.parametrize("block", MODELS, ids=str)
-def test_models_of_a_page_load(block: Block) -> None:
-    model = read_model(block.text, str(block))
+def test_models_of_a_page_load(block: Block, tmp_path: Path) -> None:
+    furnish(tmp_path, read_blocks(block.page)[-1])
+    model = read_model(block.text, str(tmp_path / "model.yaml"))
     assert f"# model: {model.name}" == block.first
 
 

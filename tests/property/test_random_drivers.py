@@ -19,8 +19,9 @@ from scbm.cases import Case, CaseLimits, EnvironmentChange
 from scbm.cases.trace import SENT, InjectionApplied, Record, Trace, write_trace
 from scbm.closing import Decision
 from scbm.files import read_model
-from scbm.model import BehaviorModel, Binding, Resource, TopicPair, Value
+from scbm.model import BehaviorModel, Resource, Value
 from scbm.nodes import ControllerNode, beyond_reach
+from scbm.nodes.bindings.ros_binding import RosBinding, TopicPair
 from scbm.nodes.buses.bus import Publisher, Received, Topic
 from scbm.running import Measured, Program, ReplyArrived, Runner, records_of
 from scbm.running.simulation.case_runner import CaseRunner
@@ -89,7 +90,9 @@ EXCLUDED_BY_HAND = ("automatic/jams", "automatic/bursts", "automatic/breaks")
 
 def with_drivers(model: BehaviorModel) -> BehaviorModel:
     """The model with a pair of topics for each resource."""
-    bound = (replace(r, binding=Binding(TopicPair(f"/{r.name}/request", f"/{r.name}/reply"))) for r in model.resources)
+    bound = (
+        replace(r, binding=RosBinding({}, TopicPair(f"/{r.name}/request", f"/{r.name}/reply"))) for r in model.resources
+    )
     return replace(model, resources=tuple(bound))
 
 
@@ -140,17 +143,17 @@ class Drivers:
             for _ in range(self.random.randint(0, 8) if measurable else 0):
                 names = measurable if self.random.random() < 0.95 else declared
                 text = json.dumps({"measured": self.some(names)})
-                loop.call_later(self.random.uniform(0, 12), replies.publish, text)
+                loop.call_later(self.random.uniform(0, 12), replies.publish, {"data": text})
 
     def answer(self, resource: Resource, replies: Publisher, loop: VirtualLoop, received: Received) -> None:
         """Answer a request after some time, or never."""
-        message = json.loads(str(received.data))
+        message = json.loads(str(received.message.data))
         if "request" not in message or self.random.random() < 0.2:
             return
         measures = resource.measures
         measured = self.some(measures) if measures and self.random.random() < 0.7 else {}
         reply = {"id": message["id"], "succeeded": self.random.random() < 0.8, "measured": measured}
-        loop.call_later(self.random.uniform(0, 4), replies.publish, json.dumps(reply))
+        loop.call_later(self.random.uniform(0, 4), replies.publish, {"data": json.dumps(reply)})
 
 
 def drawn_case(number: int, real: tuple[str, ...], random: Random) -> Case:

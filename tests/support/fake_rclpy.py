@@ -47,9 +47,12 @@ def structure(**fields: str) -> type:
     class Structure:
         def __init__(self, **values: object) -> None:
             for name, value in values.items():
-                assert name in fields
-                assert type(value) is kinds.get(fields[name], int), f"`{name}` is no {fields[name]}"
                 setattr(self, name, value)
+
+        def __setattr__(self, name: str, value: object) -> None:
+            assert name in fields
+            assert type(value) is kinds.get(fields[name], int), f"`{name}` is no {fields[name]}"
+            super().__setattr__(name, value)
 
         @classmethod
         def get_fields_and_field_types(cls) -> Mapping[str, str]:

@@ -35,7 +35,7 @@ def repeat_status(bus: Bus, status: Callable[[], Status]) -> None:
 
     def publish() -> None:
         with suppress(BusError):
-            publisher.publish(encode(status()))
+            publisher.publish({"data": encode(status())})
             loop.call_later(STATUS_PERIOD_S, publish)
 
     publish()

@@ -25,7 +25,7 @@ class Overheard:
 
     def hear(self, received: Received) -> None:
         with self._news:
-            self._overheard.append(json.loads(str(received.data)))
+            self._overheard.append(json.loads(str(received.message.data)))
             self._news.notify_all()
 
     def until(self, is_meant: Callable[[dict[str, Any]], bool], guard_s: float = GUARD_S) -> dict[str, Any]:

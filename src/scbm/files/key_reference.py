@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.keys import Definitions
 from scbm.files.codec.lifted.part_keys import PartKeys
+from scbm.files.codec.model_files import BINDINGS_KEYS
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
+from scbm.model.lazy_exports import load_named
 
 if TYPE_CHECKING:
     from scbm.files.codec.keys import Data, Keys
@@ -27,7 +28,7 @@ def case_schema() -> dict[str, Any]:
 
 def bindings_schema() -> dict[str, Any]:
     """Return the schema of bindings files (draft 2020-12)."""
-    return json_schema(BindingsKeys, "Bindings of resources for scbm")
+    return json_schema(load_named(BINDINGS_KEYS), "Bindings of resources for scbm")
 
 
 def waivers_schema() -> dict[str, Any]:

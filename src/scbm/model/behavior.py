@@ -277,6 +277,7 @@ class BehaviorModel(PartlyCompared, frozen=True, dict=True):
         reachable_again: the goals that every run leaves reachable, also where plain runs do not (semantics 7.12).
         origins: where its expanded parts come from. Reports fold by it; two models that differ only in it are equal.
         objects: the objects of its file, if the file has types; two models that differ only in it are equal.
+        interfaces: where its file finds the types of bindings; two models that differ only in it are equal.
     """
 
     name: str
@@ -298,7 +299,8 @@ class BehaviorModel(PartlyCompared, frozen=True, dict=True):
     reachable_again: tuple[str, ...] = ()
     origins: tuple[LiftedOrigin, ...] = ()
     objects: ObjectLists | None = None
-    uncompared = ("origins", "objects")
+    interfaces: tuple[str, ...] = ()
+    uncompared = ("origins", "objects", "interfaces")
 
     @cached_property
     def space(self) -> StateSpace:

@@ -28,7 +28,7 @@ def test_an_expanded_model_loads_to_the_same_model(scbm: Scbm, path: Path) -> No
     model = load_model(path)
     shown = scbm("show", str(path), "--expanded")
     assert (shown.code, shown.err) == (0, "")
-    again = read_model(shown.out)
+    again = read_model(shown.out, str(path))  # beside its interfaces
     assert again == model
     assert digest_of(again) == digest_of(model)
     assert not any(key in shown.out for key in ("with:", "effects:", "on_timeout:"))

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from scbm.files import load_model, open_case, read_bindings, read_network
-from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingListType, MappingType, NamesType
 from scbm.files.codec.keys import DefaultKey, Key, Keys, check_shape
@@ -23,6 +22,7 @@ from scbm.files.language.scope import Scope
 from scbm.files.yaml.error_collector import ErrorCollector
 from scbm.files.yaml.text_files import read_tree
 from scbm.model import InputError, Slug
+from scbm.nodes.bindings.binding_keys import BindingsKeys
 from support.shared_models import clear_models
 from support.wording import Wording
 

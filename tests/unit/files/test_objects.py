@@ -12,7 +12,6 @@ import pytest
 from published.plants import factory
 
 from scbm.files import digest_of, load_model, read_located, read_model, write_model
-from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.expansion import static_facts
 from scbm.files.expansion.lifted_names import IndexedName, LiftedNames, LiftedScope
 from scbm.files.expansion.lifted_reader import LiftedReader
@@ -431,20 +430,26 @@ LIFTED_BINDING = """resources:
     ros:
       service:
         name: /{r}/scan
-        type: {name: p/srv/S, request: {at: string, arm: string}, response: {success: bool, seen: bool}}
-        request: {at: "at[r]", arm: "{r}"}
+        type: p/srv/S
+        request: {at: "at[r]", arm: "{r}", turns: [{variable: "at[r]", values: {a: 0, b: 1, g: 2}}, {text: "{r}"}]}
         measured: {seen.r: seen}
       measured: {"near[r]": {topic: "/{r}/near", type: std_msgs/msg/Bool}}
 """
 
 
-def test_a_binding_of_a_resource_with_parameters_names_variables_with_an_index() -> None:
+def test_a_binding_of_a_resource_with_parameters_names_variables_with_an_index(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("scbm.nodes.bindings.binding_keys.has_library", lambda: False)  # so that no file is needed
     text = HEAD.replace("  on:", "  seen[robot]: {domain: bool, initial: false}\n  near[robot]: SAME\n  on:")
     text = text.replace("SAME", "{domain: bool, initial: false}") + LIFTED_BINDING
     for resource, robot in zip(read_model(text).resources, ("r1", "r2"), strict=True):
-        binding = RosKeys.write(resource.binding)
+        assert resource.binding is not None
+        binding = resource.binding.written
         assert binding["service"]["name"] == f"/{robot}/scan"
-        assert binding["service"]["request"] == {"at": f"at.{robot}", "arm": robot}
+        mapped = {"variable": f"at.{robot}", "values": {"a": 0, "b": 1, "g": 2}}
+        request = binding["service"]["request"]
+        assert request == {"at": f"at.{robot}", "arm": robot, "turns": [mapped, {"text": robot}]}
         assert binding["service"]["measured"] == {f"seen.{robot}": "seen"}
         assert [(name, each["topic"]) for name, each in binding["measured"].items()] == [
             (f"near.{robot}", f"/{robot}/near")

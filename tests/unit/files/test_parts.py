@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from scbm.files import Scope, digest_of, load_model, parse_predicate
-from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
 from scbm.files.expansion.part_names import NAMED_SECTIONS
 from scbm.files.expansion.stage_keys import SHARED_SECTIONS
@@ -529,26 +528,36 @@ resources:
       services:
         scan:
           none: {name: /scan/none, type: TYPE, request: {scan: scan}, succeeded: {seen: true}, measured: {seen: seen}}
-          all: {name: /scan/all, type: TYPE, request: {scan: code}, succeeded: {seen: true}, measured: {seen: seen}}
+          all:
+            name: /scan/all
+            type: TYPE
+            request: {scan: [code, {variable: scan, values: {scan: seen}}]}
+            succeeded: {seen: true}
+            measured: {seen: seen}
       measured: {near: {topic: /near/scan, type: std_msgs/msg/Bool}}
   lamp:
     ros: {topics: {request: /lamp/request, reply: /lamp/scan}}
 operations:
   look: {request: arm, with: {scan: all}}
-""".replace("TYPE", "{name: p/srv/S, request: {scan: string}, response: {seen: bool}}")
+""".replace("TYPE", "p/srv/S")
 
 
-def test_a_binding_in_a_part_keeps_its_names_and_reads_variables_of_the_copy(tmp_path: Path) -> None:
+def test_a_binding_in_a_part_keeps_its_names_and_reads_variables_of_the_copy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scbm.nodes.bindings.binding_keys.has_library", lambda: False)  # so that no file is needed
     cell = "behavior_model: cell\nparts:\n  left: {use: bound.yaml, with: {code: some}}\n"
     arm, lamp = load_model(written(tmp_path, cell=cell, bound=BOUND)).resources
-    written_arm = RosKeys.write(arm.binding)
+    assert arm.binding is not None
+    assert lamp.binding is not None
+    written_arm = arm.binding.written
     calls = written_arm["services"]["left.scan"]
     assert [(call["name"], call["request"], call["measured"]) for call in calls.values()] == [
         ("/scan/none", {"scan": "left.scan"}, {"left.seen": "seen"}),
-        ("/scan/all", {"scan": "some"}, {"left.seen": "seen"}),
+        ("/scan/all", {"scan": ["some", {"variable": "left.scan", "values": {"scan": "seen"}}]}, {"left.seen": "seen"}),
     ]
     assert written_arm["measured"]["left.near"]["topic"] == "/near/scan"
-    assert RosKeys.write(lamp.binding) == {"topics": {"request": "/lamp/request", "reply": "/lamp/scan"}}
+    assert lamp.binding.written == {"topics": {"request": "/lamp/request", "reply": "/lamp/scan"}}
 
 
 @pytest.mark.parametrize(

@@ -6,18 +6,21 @@ import json
 from collections.abc import Mapping
 
 from scbm.files import read_bindings, read_case, write_case
-from scbm.model import TRIGGER, Binding, MeasuredTopic, MessageType, Reading, Resource, Scalar, TopicPair
+from scbm.model import Binding, Resource
 from scbm.nodes import Bus, ControllerNode
+from scbm.nodes.bindings.ros_binding import MeasuredTopic, RosBinding, TopicPair
 from scbm.nodes.buses.bus import Publisher, Service, Topic
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.links.bound_link import BoundLink
 from scbm.nodes.links.link import Correlation, LinkContext, Reply
 from scbm.nodes.node_messages import Abandon, Go, Message, Prepare, Refused, decode, encode
 from scbm.nodes.roles.cell_topics import CellTopics
+from scbm.nodes.types.definitions import BOOL, FLOAT64, TRIGGER, Scalar
 from support.event_records import OPTIONS
 from support.hearing import Heard
 from support.models import scan_cell
 from support.nodes import Stage
+from support.ros_types import reading
 from support.virtual_loop import VirtualLoop, run_virtually
 from support.wording import Wording
 
@@ -31,7 +34,7 @@ REQUEST, REPLY = Topic("/scan/request"), Topic("/scan/reply")
 def open_driver(bus: Bus) -> list[str]:
     """A driver that never replies; what it is asked."""
     asked: list[str] = []
-    bus.subscribe(REQUEST, lambda received: asked.append(str(received.data)))
+    bus.subscribe(REQUEST, lambda received: asked.append(str(received.message.data)))
     bus.publisher(REPLY)
     return asked
 
@@ -42,7 +45,7 @@ async def begin_run(node: ControllerNode, cases: Publisher, loop: VirtualLoop, m
     prepare = Prepare("run_1", (node.membership.own.node,), case, OPTIONS, "1", False, "process 1", ())
     messages: list[Message] = [prepare, Go("run_1")]
     for message in messages:
-        cases.publish(encode(message))
+        cases.publish({"data": encode(message)})
         await loop.settle()
 
 
@@ -87,7 +90,7 @@ def test_a_driver_hears_that_nobody_waits_for_its_reply_any_more() -> None:
         cases = cell.join("tester").publisher(TOPICS.case)
         await begin_run(node, cases, loop)
         assert [json.loads(text)["id"] for text in asked] == ["run_1-1"]
-        cases.publish(encode(Abandon("run_1")))
+        cases.publish({"data": encode(Abandon("run_1"))})
         await loop.settle()
         assert [json.loads(text) for text in asked[1:]] == [{"id": "run_1-1", "cancel": True}]
         await node.close()
@@ -137,7 +140,7 @@ def test_a_second_server_that_appears_in_a_run_makes_the_case_lost(wording: Word
         await loop.settle(10**9)
         assert node.membership.own.troubles == ()
         tester, messages = cell.join("tester"), list[Message]()
-        tester.subscribe(CellTopics.of(CALLED).run, lambda received: messages.append(decode(received.data)))
+        tester.subscribe(CellTopics.of(CALLED).run, lambda received: messages.append(decode(received.message.data)))
         await begin_run(node, tester.publisher(CellTopics.of(CALLED).case), loop, "initial: {light: red}\n")
         second = serve(cell, "right_driver")
         await loop.settle(10**9)
@@ -165,8 +168,8 @@ class Whole:
         )
 
 
-ZONE = MeasuredTopic("/scan/zone", MessageType.BOOL, Reading("zone"))
-BOTH = Binding(TopicPair(REQUEST.name, REPLY.name), (ZONE,))
+ZONE = MeasuredTopic("/scan/zone", BOOL, reading("zone", BOOL))
+BOTH = RosBinding({}, TopicPair(REQUEST.name, REPLY.name), (ZONE,))
 
 
 def test_a_driver_is_there_while_all_is_that_its_binding_names() -> None:
@@ -180,7 +183,7 @@ def test_a_driver_is_there_while_all_is_that_its_binding_names() -> None:
         assert [*missing, whole.link.missing] == [(REQUEST.name, REPLY.name, ZONE.topic), (ZONE.topic,)]
         assert whole.heard.presence == []
         sensor = whole.hub.join("sensor")
-        sensor.publisher(Topic(ZONE.topic, MessageType.BOOL)).publish(data=True)
+        sensor.publisher(Topic(ZONE.topic, BOOL)).publish({"data": True})
         await loop.settle()
         assert (whole.link.is_there, whole.heard.presence) == (True, [("scan", True)])
         assert [reported.values for _, reported in whole.heard.values] == [(("zone", True),)]
@@ -195,7 +198,7 @@ def test_why_it_is_not_there_is_reported_of_what_it_measures_too(wording: Wordin
     async def scene(loop: VirtualLoop) -> None:
         whole = Whole(loop, BOTH)
         open_driver(whole.hub.join("driver"))
-        whole.hub.join("sensor").publisher(Topic(ZONE.topic, MessageType.FLOAT64))
+        whole.hub.join("sensor").publisher(Topic(ZONE.topic, FLOAT64))
         await loop.settle()
         unmatched = whole.link.why_unmatched()
         assert unmatched is not None
@@ -207,7 +210,7 @@ def test_why_it_is_not_there_is_reported_of_what_it_measures_too(wording: Wordin
 
 def test_a_request_to_what_only_measures_has_failed_by_the_clock_of_the_bus() -> None:
     async def scene(loop: VirtualLoop) -> None:
-        whole = Whole(loop, Binding(None, (ZONE,)))
+        whole = Whole(loop, RosBinding({}, None, (ZONE,)))
         sent_ns = loop.now_ns()
         whole.link.send(Correlation("run", 1), ())
         assert whole.heard.replies == []  # not in the midst of sending
@@ -229,11 +232,11 @@ def test_a_second_reply_is_reported_once_in_a_run_and_so_is_one_that_comes_behin
         driver.subscribe(REQUEST, lambda _: None)
         replies = driver.publisher(REPLY)
         for request in ("run-1", "run-2", "other-1"):
-            replies.publish(json.dumps({"id": request, "succeeded": True}))
+            replies.publish({"data": json.dumps({"id": request, "succeeded": True})})
         await loop.settle()
         assert whole.complaints == []
         for request in ("run-1", "run-2", "run-1", "other-1"):
-            replies.publish(json.dumps({"id": request, "succeeded": True}))
+            replies.publish({"data": json.dumps({"id": request, "succeeded": True})})
         await loop.settle()
         first, second = whole.complaints
         assert first == second

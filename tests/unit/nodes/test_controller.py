@@ -17,7 +17,7 @@ from msgspec.structs import asdict, replace
 from scbm.cases import Case
 from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, trace_digest
 from scbm.files import read_bindings, read_case, read_model, write_case
-from scbm.model import SET_BOOL, TRIGGER, BehaviorModel, ServiceType
+from scbm.model import BehaviorModel
 from scbm.nodes import Bus, ControllerNode, new_status
 from scbm.nodes.buses.bus import BusError, Received, Service, Topic
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
@@ -37,6 +37,7 @@ from scbm.nodes.node_messages import (
     encode,
 )
 from scbm.nodes.roles.cell_topics import CellTopics, Membership
+from scbm.nodes.types.definitions import SET_BOOL, TRIGGER, ServiceDefinition
 from scbm.planning import PlanCache, PlanLimits, SearchCancelledError
 from scbm.running import (
     AskPlan,
@@ -92,12 +93,12 @@ class Harness:
         self.replies = self.driver.publisher(TOPICS.reply("scan"))
 
     def _hear(self, received: Received) -> None:
-        self.messages.append(decode(received.data))
+        self.messages.append(decode(received.message.data))
         self.news.set()
 
     def _take(self, received: Received) -> None:
-        assert isinstance(received.data, str)
-        self.asked.append(json.loads(received.data))
+        assert isinstance(received.message.data, str)
+        self.asked.append(json.loads(received.message.data))
         self.news.set()
 
     async def until(self, is_so: Callable[[], bool]) -> None:
@@ -106,7 +107,7 @@ class Harness:
             await self.news.wait()
 
     def say(self, message: Message) -> None:
-        self.cases.publish(encode(message))
+        self.cases.publish({"data": encode(message)})
 
     def prepare(self, run: str = "run_1", case: Case = CASE, **other: Any) -> None:  # noqa: ANN401 - fields
         nodes = (self.node.membership.own.node,)
@@ -114,7 +115,7 @@ class Harness:
         self.say(structs.replace(Prepare(run, nodes, text, OPTIONS, "1", False, "process 1", ()), **other))
 
     def reply(self, request: int, run: str = "run_1", *, succeeded: bool = True) -> None:
-        self.replies.publish(json.dumps({"id": f"{run}-{request}", "succeeded": succeeded}))
+        self.replies.publish({"data": json.dumps({"id": f"{run}-{request}", "succeeded": succeeded})})
 
     # what came of it
 
@@ -249,7 +250,7 @@ def test_a_case_that_cannot_be_read_is_refused_with_a_reason(case: str, wording:
 def test_a_run_with_options_that_are_none_is_dropped_with_a_sentence(wrong: dict[str, Any], wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         prepare = Prepare("run_1", (harness.node.membership.own.node,), "", OPTIONS, "1", False, "process 1", ())
-        harness.cases.publish(json.dumps(json.loads(encode(prepare)) | wrong))
+        harness.cases.publish({"data": json.dumps(json.loads(encode(prepare)) | wrong)})
         harness.say(Go("run_1"))
         await loop.settle()
         assert harness.messages == []
@@ -279,7 +280,7 @@ def test_replies_to_other_runs_are_dropped() -> None:
 def test_values_that_come_unasked_are_given_to_the_run() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         await going(harness, loop)
-        harness.replies.publish('{"measured": {"temperature": 7}}')
+        harness.replies.publish({"data": '{"measured": {"temperature": 7}}'})
         await loop.settle()
         assert event_record(harness.events()[-1]) == MeasuredRecord({"temperature": 7})
 
@@ -329,8 +330,8 @@ def first_measured(harness: Harness, run: str) -> list[Measured]:
 
 def test_what_cannot_be_measured_is_not_remembered() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        harness.replies.publish('{"measured": {"temperature": 3, "light": "red", "pressure": 1}}')
-        harness.replies.publish('{"measured": {"temperature": 99}}')
+        harness.replies.publish({"data": '{"measured": {"temperature": 3, "light": "red", "pressure": 1}}'})
+        harness.replies.publish({"data": '{"measured": {"temperature": 99}}'})
         await going(harness, loop)
         assert first_measured(harness, "run_1") == [Measured((("temperature", 3),))]
 
@@ -339,13 +340,13 @@ def test_what_cannot_be_measured_is_not_remembered() -> None:
 
 def test_what_is_refused_of_measured_values_is_reported_in_a_run_and_before_it(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        harness.replies.publish('{"measured": {"temperature": 99}}')
+        harness.replies.publish({"data": '{"measured": {"temperature": 99}}'})
         await loop.settle()
         assert len(harness.stage.complaints) == 1
         await going(harness, loop)
-        harness.replies.publish('{"measured": {"temperature": 99}}')
+        harness.replies.publish({"data": '{"measured": {"temperature": 99}}'})
         reply = {"id": "run_1-1", "succeeded": True, "measured": {"temperature": 98, "light": "red"}}
-        harness.replies.publish(json.dumps(reply))
+        harness.replies.publish({"data": json.dumps(reply)})
         await loop.settle()
         temperature, light = harness.stage.complaints
         assert ("`temperature`: 99 " in temperature, "`light`: red " in light) == (True, True)
@@ -357,9 +358,9 @@ def test_what_is_refused_of_measured_values_is_reported_in_a_run_and_before_it(w
 
 def test_a_reply_that_measures_replaces_what_was_measured_before() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        harness.replies.publish('{"measured": {"temperature": 2}}')
+        harness.replies.publish({"data": '{"measured": {"temperature": 2}}'})
         await going(harness, loop)
-        harness.replies.publish('{"id": "run_1-1", "succeeded": true, "measured": {"temperature": 7}}')
+        harness.replies.publish({"data": '{"id": "run_1-1", "succeeded": true, "measured": {"temperature": 7}}'})
         harness.prepare("run_2")
         await loop.settle()
         harness.say(Go("run_2"))
@@ -377,7 +378,7 @@ def test_a_reply_of_a_resource_that_was_not_asked_is_dropped_with_a_sentence(wor
         replies = lamp.publisher(TOPICS.reply("lamp"))
         await loop.settle()
         await going(harness, loop)
-        replies.publish(json.dumps({"id": "run_1-1", "succeeded": True}))
+        replies.publish({"data": json.dumps({"id": "run_1-1", "succeeded": True})})
         await loop.settle()
         (complaint,) = harness.stage.complaints
         wording(complaint)
@@ -482,7 +483,7 @@ def prepare_as(bus: Bus, harness: Harness, run: str) -> None:
     """Prepare a run as another tester."""
     text, nodes = write_case(CASE, MODEL, None), (harness.node.membership.own.node,)
     message = Prepare(run, nodes, text, OPTIONS, "1", False, "process 2", ())
-    bus.publisher(TOPICS.case).publish(encode(message))
+    bus.publisher(TOPICS.case).publish({"data": encode(message)})
 
 
 def test_a_tester_that_does_not_start_its_run_is_dropped_and_another_one_is_served(wording: Wording) -> None:
@@ -581,8 +582,8 @@ def test_notes_of_the_tester_stand_in_the_trace_with_the_time_at_which_they_come
 def test_a_note_that_is_none_is_dropped_with_a_sentence(note: dict[str, Any], wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         await going(harness, loop)
-        harness.cases.publish(json.dumps({"kind": "note", "run": "run_1", "note": note}))
-        harness.cases.publish("what")
+        harness.cases.publish({"data": json.dumps({"kind": "note", "run": "run_1", "note": note})})
+        harness.cases.publish({"data": "what"})
         await loop.settle()
         first, second = harness.stage.complaints
         wording((first, second))
@@ -654,7 +655,7 @@ def test_replies_are_heard_while_a_plan_is_made(monkeypatch: pytest.MonkeyPatch)
         await harness.until(lambda: bool(harness.messages))
         harness.say(Go("run_1"))
         await harness.until(lambda: bool(harness.steps))
-        harness.replies.publish('{"measured": {"temperature": 7}}')
+        harness.replies.publish({"data": '{"measured": {"temperature": 7}}'})
         await harness.until(lambda: len(harness.steps) == 2)
         may_go_on.set()
         await harness.until(lambda: bool(harness.asked))
@@ -752,7 +753,7 @@ class Looking:
         self.node = ControllerNode(self.stage.context("controller", ["scan"]))
         self.other = Membership(self.stage.join("tester"), TOPICS, new_status("tester", BOUND, "d" * 64))
 
-    def serve(self, type_: ServiceType = TRIGGER) -> Bus:
+    def serve(self, type_: ServiceDefinition = TRIGGER) -> Bus:
         driver = self.stage.join("driver")
         driver.serve(Service(SCAN.name, type_), lambda _: {"success": True, "message": ""})
         return driver

@@ -35,7 +35,7 @@ def test_a_flood_of_bad_messages_makes_some_lines(wording: Wording) -> None:
         for topic in (topics.case, topics.status, topics.reply("scan")):
             publisher = bus.publisher(topic)
             for number in range(18_000):
-                publisher.publish(f'{{"id": "run_{number}-{number}", "succeeded": {number}}}')
+                publisher.publish({"data": f'{{"id": "run_{number}-{number}", "succeeded": {number}}}'})
         await loop.settle()
         assert len(shown) == 10
         await node.close()

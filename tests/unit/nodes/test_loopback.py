@@ -7,9 +7,10 @@ from typing import TypeAlias
 
 import pytest
 
-from scbm.model import SET_BOOL, TRIGGER, MessageType, Scalar
 from scbm.nodes.buses.bus import Answered, BusError, Received, Service, Topic
 from scbm.nodes.buses.loopback import LoopbackHub
+from scbm.nodes.types.cdr import Message
+from scbm.nodes.types.definitions import FLOAT64, SET_BOOL, TRIGGER, Scalar
 from support.virtual_loop import VirtualLoop, run_virtually
 from support.wording import Wording
 
@@ -34,13 +35,13 @@ def test_messages_come_in_order_to_all_others_and_not_to_the_own_bus() -> None:
     async def play(hub: LoopbackHub, settled: Settle) -> None:
         own, other, third = hub.join("a"), hub.join("b"), hub.join("c")
         heard: dict[str, list[Scalar]] = {"own": [], "other": [], "third": []}
-        hearing = own.subscribe(TALK, lambda received: heard["own"].append(received.data))
-        other.subscribe(TALK, lambda received: heard["other"].append(received.data))
-        third.subscribe(TALK, lambda received: heard["third"].append(received.data))
+        hearing = own.subscribe(TALK, lambda received: heard["own"].append(received.message.data))
+        other.subscribe(TALK, lambda received: heard["other"].append(received.message.data))
+        third.subscribe(TALK, lambda received: heard["third"].append(received.message.data))
         talking = own.publisher(TALK)
         assert (talking.peers, hearing.peers) == (2, 0)
         for number in range(5):
-            talking.publish(str(number))
+            talking.publish({"data": str(number)})
         assert heard["other"] == []  # no callback runs inside another call
         await settled()
         assert heard == {"own": [], "other": list("01234"), "third": list("01234")}
@@ -54,12 +55,12 @@ def test_messages_say_when_they_came_and_from_which_publisher() -> None:
         received: list[Received] = []
         hub.join("hears").subscribe(TALK, received.append)
         one, other = hub.join("one").publisher(TALK), hub.join("other").publisher(TALK)
-        one.publish("a")
+        one.publish({"data": "a"})
         await loop.settle()
         came_ns = loop.now_ns()
-        other.publish("b")
+        other.publish({"data": "b"})
         loop.let_pass_ns(5_000_000)  # the process is busy: the message is handled late, and came in time
-        one.publish("c")
+        one.publish({"data": "c"})
         await loop.settle()
         first, second, third = received
         assert (second.stamp_ns, third.stamp_ns) == (came_ns, came_ns + 5_000_000)
@@ -72,19 +73,19 @@ def test_the_last_message_of_each_latched_publisher_reaches_those_that_come_late
     async def play(hub: LoopbackHub, settled: Settle) -> None:
         one, other = hub.join("one"), hub.join("other")
         early, late, casual = [], [], []
-        hub.join("early").subscribe(LATCHED, lambda received: early.append(received.data))
+        hub.join("early").subscribe(LATCHED, lambda received: early.append(received.message.data))
         publisher = one.publisher(LATCHED)
-        publisher.publish("old")
-        publisher.publish("new")
-        other.publisher(LATCHED).publish("other")
+        publisher.publish({"data": "old"})
+        publisher.publish({"data": "new"})
+        other.publisher(LATCHED).publish({"data": "other"})
         await settled()
-        hub.join("late").subscribe(LATCHED, lambda received: late.append(received.data))
-        hub.join("casual").subscribe(Topic("/status"), lambda received: casual.append(received.data))
+        hub.join("late").subscribe(LATCHED, lambda received: late.append(received.message.data))
+        hub.join("casual").subscribe(Topic("/status"), lambda received: casual.append(received.message.data))
         await settled()
         assert early == ["old", "new", "other"]
         assert late == ["new", "other"]
         assert casual == []
-        publisher.publish("more")
+        publisher.publish({"data": "more"})
         await settled()
         assert (late[2:], casual) == (["more"], ["more"])
 
@@ -95,7 +96,7 @@ def test_the_last_message_of_each_latched_publisher_reaches_those_that_come_late
     ("offered", "asked"),
     [
         (Topic("/talk"), Topic("/talk", is_latched=True)),
-        (Topic("/talk"), Topic("/talk", MessageType.FLOAT64)),
+        (Topic("/talk"), Topic("/talk", FLOAT64)),
         (Topic("/talk"), Topic("/talk2")),
         (Topic("/talk", is_best_effort=True), Topic("/talk")),
     ],
@@ -106,7 +107,7 @@ def test_what_does_not_go_together_is_not_matched(offered: Topic, asked: Topic) 
         heard: list[Received] = []
         publisher = hub.join("a").publisher(offered)
         subscription = hub.join("b").subscribe(asked, heard.append)
-        publisher.publish("no subscriber hears this")
+        publisher.publish({"data": "no subscriber hears this"})
         await settled()
         assert (publisher.peers, subscription.peers, heard) == (0, 0, [])
 
@@ -118,8 +119,10 @@ def test_who_asks_for_best_effort_hears_publishers_of_both_kinds(*, offers_best_
     async def play(hub: LoopbackHub, settled: Settle) -> None:
         heard: list[Scalar] = []
         publisher = hub.join("a").publisher(Topic("/talk", is_best_effort=offers_best_effort))
-        hub.join("b").subscribe(Topic("/talk", is_best_effort=True), lambda received: heard.append(received.data))
-        publisher.publish("hello")
+        hub.join("b").subscribe(
+            Topic("/talk", is_best_effort=True), lambda received: heard.append(received.message.data)
+        )
+        publisher.publish({"data": "hello"})
         await settled()
         assert (publisher.peers, heard) == (1, ["hello"])
 
@@ -152,7 +155,7 @@ def test_who_leaves_is_gone_at_once_and_what_was_sent_before_still_comes_first()
         sources: list[int] = []
 
         def receive(received: Received) -> None:
-            heard.append(str(received.data))
+            heard.append(str(received.message.data))
             sources.append(received.source)
 
         def left(source: int) -> None:
@@ -161,7 +164,7 @@ def test_who_leaves_is_gone_at_once_and_what_was_sent_before_still_comes_first()
 
         hearing = hub.join("b").subscribe(TALK, receive, left=left)
         own = hub.join("a")
-        own.publisher(TALK).publish("last")
+        own.publisher(TALK).publish({"data": "last"})
         await own.close()
         assert hearing.peers == 0
         await settled()
@@ -176,13 +179,13 @@ def test_nothing_is_called_back_on_a_closed_bus_and_nothing_can_be_sent_from_it(
         own, other = hub.join("a"), hub.join("b")
         other.subscribe(TALK, heard.append)
         publisher = own.publisher(TALK)
-        publisher.publish("too late for who leaves now")
+        publisher.publish({"data": "too late for who leaves now"})
         await other.close()
         await settled()
         assert heard == []
         await own.close()
         with pytest.raises(BusError, match="closed"):
-            publisher.publish("from nowhere")
+            publisher.publish({"data": "from nowhere"})
 
     scene(play)
 
@@ -192,8 +195,8 @@ def test_calls_are_answered_each_once_with_a_number_of_their_own() -> None:
         answers: list[Answered] = []
         asked: list[Mapping[str, Scalar]] = []
 
-        def answer(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
-            asked.append(fields)
+        def answer(request: Message) -> Mapping[str, Scalar]:
+            asked.append(vars(request))
             return {"success": len(asked) == 1, "message": "done"}
 
         hub.join("server").serve(Service("/light", SET_BOOL), answer)
@@ -202,7 +205,7 @@ def test_calls_are_answered_each_once_with_a_number_of_their_own() -> None:
         calls = [client.call({"data": True}), client.call({"data": False})]
         await settled()
         assert asked == [{"data": True}, {"data": False}]
-        assert [(answered.call, answered.fields["success"]) for answered in answers] == list(
+        assert [(answered.call, vars(answered.message)["success"]) for answered in answers] == list(
             zip(calls, [True, False], strict=True)
         )
         assert calls[0] != calls[1]
@@ -233,7 +236,7 @@ def test_it_says_why_nobody_is_matched_if_others_use_another_type(wording: Wordi
         own, other = hub.join("a"), hub.join("b")
         own.publisher(TALK)
         assert own.why_unmatched(TALK) is None
-        other.subscribe(Topic("/talk", MessageType.FLOAT64), lambda _: None)
+        other.subscribe(Topic("/talk", FLOAT64), lambda _: None)
         other.serve(Service("/scan", SET_BOOL), lambda _: {})
         await settled()
         for what in (TALK, SCAN):
@@ -242,7 +245,7 @@ def test_it_says_why_nobody_is_matched_if_others_use_another_type(wording: Wordi
             assert unmatched.is_mismatch
             wording(unmatched.why)
         assert own.why_unmatched(Service("/scan", SET_BOOL)) is None
-        assert other.why_unmatched(Topic("/talk", MessageType.FLOAT64)) is not None
+        assert other.why_unmatched(Topic("/talk", FLOAT64)) is not None
 
     scene(play)
 

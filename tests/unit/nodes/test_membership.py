@@ -36,7 +36,7 @@ class Cell:
 
     def says(self, words: str) -> LoopbackBus:
         bus = self.hub.join("outsider")
-        bus.publisher(TOPICS.status).publish(words)
+        bus.publisher(TOPICS.status).publish({"data": words})
         return bus
 
 
@@ -141,17 +141,17 @@ def test_who_cannot_be_understood_is_unknown_until_it_leaves_or_speaks_clearly(w
         await cell.loop.settle()
         counts = [(len(own.others), len(own.unreadable))]
         wording(own.unreadable)
-        bus.publisher(TOPICS.status).publish("")
+        bus.publisher(TOPICS.status).publish({"data": ""})
         await cell.loop.settle()
         counts.append((len(own.others), len(own.unreadable)))
         await bus.close()
         await cell.loop.settle()
         counts.append((len(own.others), len(own.unreadable)))
         publisher = cell.hub.join("late").publisher(TOPICS.status)
-        publisher.publish("what")
+        publisher.publish({"data": "what"})
         late = encode(status("controller", 5))
         for _ in range(REPETITIONS + 1):
-            publisher.publish(late)
+            publisher.publish({"data": late})
             await cell.loop.settle(PERIOD_NS)
         counts.append((len(own.others), len(own.unreadable)))
         assert counts == [(0, 1), (0, 2), (0, 0), (1, 0)]
@@ -167,7 +167,7 @@ def test_a_status_that_comes_once_takes_no_effect_and_is_reported(burst: int, wo
         publisher = cell.hub.join("forger").publisher(TOPICS.status)
         for role in ("tester", "controller"):
             for _ in range(burst):
-                publisher.publish(encode(status(role, 1)))
+                publisher.publish({"data": encode(status(role, 1))})
         await cell.loop.settle(PERIOD_NS)
         assert own.unreadable == ()
         await cell.loop.settle(100 * PERIOD_NS)

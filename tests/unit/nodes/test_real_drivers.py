@@ -67,9 +67,9 @@ def over_nodes(case_text: str, answers: Sequence[str]) -> Execution:
             message = json.loads(request)
             if "request" in message and (how := next(left)) != SILENT:
                 reply = json.dumps({"id": message["id"], "succeeded": how == "succeeds"})
-                loop.call_later(0.5, replies.publish, reply)
+                loop.call_later(0.5, replies.publish, {"data": reply})
 
-        driver.subscribe(Topic("/scanner/request"), lambda received: answer(str(received.data)))
+        driver.subscribe(Topic("/scanner/request"), lambda received: answer(str(received.message.data)))
         node = stage.tester()
         await node.wait_for_cell(GUARD_S)
         execution = await run_or_lose(node, tester, case)

@@ -75,16 +75,16 @@ class Harness:
         self.requests = self.controller.publisher(TOPICS.request("scan"))
 
     def _hear(self, received: Received) -> None:
-        self.messages.append(decode(received.data))
+        self.messages.append(decode(received.message.data))
 
     def _answered(self, received: Received) -> None:
-        assert isinstance(received.data, str)
-        self.replies.append((received.stamp_ns - self.begun_ns, json.loads(received.data)))
+        assert isinstance(received.message.data, str)
+        self.replies.append((received.stamp_ns - self.begun_ns, json.loads(received.message.data)))
 
     # the tester
 
     def say(self, message: Message) -> None:
-        self.cases.publish(encode(message))
+        self.cases.publish({"data": encode(message)})
 
     def prepare(
         self, run: str = "run_1", *, relayed: bool = False, scale: str = "1", nodes: tuple[str, ...] = ()
@@ -113,10 +113,10 @@ class Harness:
     # the controller
 
     def send(self, request: int, run: str = "run_1") -> None:
-        self.requests.publish(json.dumps({"id": f"{run}-{request}", "request": {"scan_command": "scan_box"}}))
+        self.requests.publish({"data": json.dumps({"id": f"{run}-{request}", "request": {"scan_command": "scan_box"}})})
 
     def cancel(self, request: int, run: str = "run_1") -> None:
-        self.requests.publish(json.dumps({"id": f"{run}-{request}", "cancel": True}))
+        self.requests.publish({"data": json.dumps({"id": f"{run}-{request}", "cancel": True})})
 
     # what came of it
 
@@ -440,7 +440,9 @@ def test_requests_of_others_are_answered_alone_each_once() -> None:
 def test_who_asks_by_hand_may_leave_before_the_answer() -> None:
     async def scene(harness: Harness) -> None:
         hand = harness.stage.join("ros2cli")
-        hand.publisher(TOPICS.request("scan")).publish('{"id": "hand-1", "request": {"scan_command": "scan_box"}}')
+        hand.publisher(TOPICS.request("scan")).publish(
+            {"data": '{"id": "hand-1", "request": {"scan_command": "scan_box"}}'}
+        )
         await harness.after(0.1)
         await hand.close()
         assert await harness.after(2) == [("hand-1", True)]
@@ -642,13 +644,21 @@ def test_a_tester_that_started_its_run_is_served_for_as_long_as_that_takes() -> 
         assert await harness.after(2) == [("run_1-1", True)]
         other = harness.stage.join("other").publisher(TOPICS.case)
         other.publish(
-            encode(Prepare("run_2", (harness.node.membership.own.node,), "", OPTIONS, "1", False, "process 2", ()))
+            {
+                "data": encode(
+                    Prepare("run_2", (harness.node.membership.own.node,), "", OPTIONS, "1", False, "process 2", ())
+                )
+            }
         )
         await harness.after(1)
         assert [type(message) for message in harness.messages[1:]] == [Busy]
         harness.say(Abandon("run_1"))
         other.publish(
-            encode(Prepare("run_2", (harness.node.membership.own.node,), "", OPTIONS, "1", False, "process 2", ()))
+            {
+                "data": encode(
+                    Prepare("run_2", (harness.node.membership.own.node,), "", OPTIONS, "1", False, "process 2", ())
+                )
+            }
         )
         await harness.after(1)
         assert harness.messages[-1] == Prepared("run_2", harness.node.membership.own.node)
@@ -723,7 +733,7 @@ def test_a_time_scale_that_is_none_is_refused_with_a_sentence(wording: Wording) 
 )
 def test_a_request_that_is_none_is_dropped_with_a_sentence(replied: str, wording: Wording) -> None:
     async def scene(harness: Harness) -> None:
-        harness.requests.publish(replied)
+        harness.requests.publish({"data": replied})
         harness.send(7, run="me")
         assert await harness.after(2) == [("me-7", True)]
         (complaint,) = harness.stage.complaints
@@ -749,7 +759,7 @@ def test_a_decision_that_makes_no_sense_is_dropped_with_a_sentence(wrong: Messag
         harness.prepare()
         harness.say(wrong)
         harness.say(React("run_1", 1, "another resource", "succeed", 1, None, (0,)))
-        harness.cases.publish("what")
+        harness.cases.publish({"data": "what"})
         harness.react(1)
         harness.send(1)
         assert await harness.after(2) == [("run_1-1", True)]

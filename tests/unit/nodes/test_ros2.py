@@ -13,18 +13,21 @@ from typing import Any, TypeAlias
 
 import pytest
 
-from scbm.model import SET_BOOL, TRIGGER, Binding, FieldType, MeasuredTopic, MessageType, Reading, Resource, ServiceType
+from scbm.model import Resource
+from scbm.nodes.bindings.ros_binding import MeasuredTopic, RosBinding
 from scbm.nodes.buses.bus import Answered, BusError, Received, Service, Topic
 from scbm.nodes.buses.rclpy_bus import RclpyBus, open_ros2
 from scbm.nodes.links.measured_topics import MeasuredTopics
+from scbm.nodes.types.definitions import BOOL, FLOAT64, SET_BOOL, STRING, TRIGGER
 from support import loops
 from support.fake_rclpy import Enums, Profile, Rclpy, endpoint_info, structure
 from support.hearing import Heard
 from support.kept import Kept
 from support.loops import GUARD_S
+from support.ros_types import reading, service_type
 from support.wording import Wording
 
-TALK, DISTANCE = Topic("/talk"), Topic("/distance", MessageType.FLOAT64)
+TALK, DISTANCE = Topic("/talk"), Topic("/distance", FLOAT64)
 LIGHT = Service("/light", SET_BOOL)
 RESULT = {"success": "boolean", "message": "string"}
 TYPES = {
@@ -92,7 +95,7 @@ def test_messages_come_on_the_loop_stamped_where_they_came(rclpy: Rclpy, scene: 
         assert threads == [get_ident()] * 2
 
     scene(play)
-    assert [(came.data, came.source) for came in received] == [(0.25, 0), (0.5, 0)]
+    assert [(came.message.data, came.source) for came in received] == [(0.25, 0), (0.5, 0)]
     assert len(set(rclpy.threads)) == 1
     assert rclpy.threads[0] not in threads
 
@@ -112,7 +115,7 @@ def test_a_message_is_stamped_before_the_loop_comes_to_it(rclpy: Rclpy, scene: C
 
 def test_what_is_published_is_a_message_of_ros(rclpy: Rclpy, scene: Callable[[Play], None]) -> None:
     async def play(bus: RclpyBus) -> None:
-        bus.publisher(TALK).publish("hello")
+        bus.publisher(TALK).publish({"data": "hello"})
 
     scene(play)
     (sent,) = rclpy.endpoints["/talk"].sent
@@ -160,8 +163,10 @@ def test_each_end_learns_how_many_are_there_whenever_that_changes(rclpy: Rclpy, 
 def test_a_measured_topic_of_a_binding_is_heard(rclpy: Rclpy, scene: Callable[[Play], None]) -> None:
     async def play(bus: RclpyBus) -> None:
         heard = Heard()
-        measured = MeasuredTopic("/zone", MessageType.STRING, Reading("zone"), is_best_effort=True)
-        topics = MeasuredTopics(bus, Resource("scanner", (), ("zone",), binding=Binding(None, (measured,))), heard)
+        measured = MeasuredTopic("/zone", STRING, reading("zone"), is_best_effort=True)
+        topics = MeasuredTopics(
+            bus, Resource("scanner", (), ("zone",), binding=RosBinding({}, None, (measured,))), heard
+        )
         rclpy.endpoints["/zone"].others = 1
         await heard.until(lambda: heard.presence == [("scanner", True)])
         rclpy.message("/zone", "near")
@@ -191,9 +196,9 @@ def test_calls_are_answered_once_each_whatever_their_order(rclpy: Rclpy, scene: 
         rclpy.do(lambda: second.answer(respond(success=False, message="dark")))
         rclpy.do(lambda: first.answer(respond(success=True, message="")))
         answered = await answers.first(2)
-        assert [(answer.call, answer.fields) for answer in answered] == [
-            (off, {"success": False, "message": "dark"}),
-            (on, {"success": True, "message": ""}),
+        assert [(answer.call, answer.message.success, answer.message.message) for answer in answered] == [
+            (off, False, "dark"),
+            (on, True, ""),
         ]
         assert before_ns <= answered[0].stamp_ns <= answered[1].stamp_ns <= monotonic_ns()
 
@@ -205,8 +210,8 @@ def test_a_type_that_the_user_has_built_is_found_by_its_name(monkeypatch: pytest
     fields = {"shelf": "uint8", "gentle": "boolean", "force": "float", "way": "double", "where": "string"}
     pick = SimpleNamespace(Request=structure(**fields), Response=structure())
     fake.install(monkeypatch, {"picker_msgs.srv.Pick": pick})
-    kinds = (FieldType.UINT8, FieldType.BOOL, FieldType.FLOAT32, FieldType.FLOAT64, FieldType.STRING)
-    type_ = ServiceType("picker_msgs/srv/Pick", tuple(zip(fields, kinds, strict=True)))
+    kinds = ("uint8", "bool", "float32", "float64", "string")
+    type_ = service_type("picker_msgs/srv/Pick", dict(zip(fields, kinds, strict=True)))
 
     async def scenario() -> None:
         bus = open_ros2("scbm", 0, _ignore)
@@ -226,11 +231,11 @@ def test_a_type_that_the_user_has_built_is_found_by_its_name(monkeypatch: pytest
 @pytest.mark.parametrize(
     "make",
     [
-        lambda bus: bus.client(Service("/pick", ServiceType("picker_msgs/srv/Pick")), _ignore),
-        lambda bus: bus.client(Service("/pick", ServiceType("std_srvs/srv/Pick")), _ignore),
-        lambda bus: bus.subscribe(Topic("/on", MessageType.BOOL), _ignore),
-        lambda bus: bus.client(Service("/x", ServiceType("std_srvs/srv/Trigger", (), TRIGGER.response[:1])), _ignore),
-        lambda bus: bus.client(Service("/x", ServiceType(SET_BOOL.name, (("data", FieldType.INT8),))), _ignore),
+        lambda bus: bus.client(Service("/pick", service_type("picker_msgs/srv/Pick")), _ignore),
+        lambda bus: bus.client(Service("/pick", service_type("std_srvs/srv/Pick")), _ignore),
+        lambda bus: bus.subscribe(Topic("/on", BOOL), _ignore),
+        lambda bus: bus.client(Service("/x", service_type("std_srvs/srv/Trigger", {}, {"success": "bool"})), _ignore),
+        lambda bus: bus.client(Service("/x", service_type(SET_BOOL.name, {"data": "int8"})), _ignore),
         lambda bus: bus.publisher(Topic("/a__b")),
     ],
     ids=["package", "service type", "message type", "response field", "request field", "name"],
@@ -254,7 +259,7 @@ def test_what_rclpy_cannot_send_is_reported_without_the_place_in_its_source(
         publisher = bus.publisher(TALK)
         rclpy.endpoints["/talk"].others = -1
         with wording.raises(BusError):
-            publisher.publish("hello")
+            publisher.publish({"data": "hello"})
 
     scene(play)
 
@@ -347,7 +352,7 @@ def test_what_goes_wrong_in_rclpy_is_reported_and_the_next_message_comes(rclpy: 
 
         rclpy.do(fail)
         rclpy.message("/talk", "after")
-        assert [came.data for came in await kept.first(1)] == ["after"]
+        assert [came.message.data for came in await kept.first(1)] == ["after"]
         assert complaints.all == ["rclpy: broken"]
         await bus.close()
 

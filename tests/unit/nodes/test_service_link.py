@@ -9,54 +9,44 @@ from time import monotonic_ns
 
 import pytest
 
-from scbm.model import (
-    SET_BOOL,
-    TRIGGER,
-    Binding,
-    FieldType,
-    Interval,
-    Reading,
-    Reference,
-    Resource,
-    Scalar,
-    ServiceCall,
-    ServiceChoice,
-    ServiceType,
-    Value,
-)
+from scbm.model import Reference, Resource, Value
+from scbm.nodes.bindings.ros_binding import Interval, RosBinding, ServiceCall, ServiceChoice
 from scbm.nodes.buses.bus import Answered, BusError, Client, Service
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.links.link import Correlation, LinkContext
 from scbm.nodes.links.service_link import ServiceLink
+from scbm.nodes.types.cdr import Message
+from scbm.nodes.types.definitions import SET_BOOL, TRIGGER, Scalar, ServiceDefinition
 from support.hearing import Heard
 from support.loops import run
+from support.ros_types import SUCCESS, path_to, reading, service_type, trigger
 from support.wording import Wording
 
-SCAN = ServiceCall("/scan", TRIGGER, succeeded=(("success", True),))
-ADD = ServiceType(
-    "some/srv/Add",
-    (("a", FieldType.INT64), ("b", FieldType.FLOAT64)),
-    (("sum", FieldType.FLOAT64), ("code", FieldType.INT8)),
-)
+SCAN = trigger("/scan")
+ADD = service_type("some/srv/Add", {"a": "int64", "b": "float64"}, {"sum": "float64", "code": "int8"})
 ADDING = ServiceCall(
     "/add",
     ADD,
-    (("a", Reference("shelf")), ("b", Reference("shelf"))),
-    (("code", 0),),
-    (("code", Reading("code")), ("sum", Reading("zone", (("near", Interval(None, 1.5)), ("far", Interval(1.5, 9.0)))))),
+    ((path_to(ADD.request, "a"), Reference("shelf")), (path_to(ADD.request, "b"), Reference("shelf"))),
+    ((path_to(ADD.response, "code"), 0),),
+    (
+        reading("code", ADD.response, "code"),
+        reading("zone", ADD.response, "sum", (("near", Interval(None, 1.5)), ("far", Interval(1.5, 9.0)))),
+    ),
 )
+DATA = path_to(SET_BOOL.request)
 LIGHT = ServiceChoice(
     "light",
     (
-        ("on", ServiceCall("/light", SET_BOOL, (("data", True),), (("success", True),))),
-        ("off", ServiceCall("/light", SET_BOOL, (("data", False),), (("success", True),))),
-        ("blink", ServiceCall("/blink", TRIGGER, (), (("success", True),))),
+        ("on", ServiceCall("/light", SET_BOOL, ((DATA, True),), SUCCESS)),
+        ("off", ServiceCall("/light", SET_BOOL, ((DATA, False),), SUCCESS)),
+        ("blink", trigger("/blink")),
     ),
 )
 
 
 def resource(requests: ServiceCall | ServiceChoice) -> Resource:
-    return Resource("scanner", ("light", "shelf"), ("zone", "code"), binding=Binding(requests))
+    return Resource("scanner", ("light", "shelf"), ("zone", "code"), binding=RosBinding({}, requests))
 
 
 @dataclass
@@ -66,11 +56,11 @@ class Driver:
     hub: LoopbackHub
     asked: list[tuple[str, Mapping[str, Scalar]]] = field(default_factory=list)
 
-    def serve(self, name: str, kind: ServiceType = TRIGGER, **response: Scalar) -> LoopbackBus:
+    def serve(self, name: str, kind: ServiceDefinition = TRIGGER, **response: Scalar) -> LoopbackBus:
         bus = self.hub.join("driver")
 
-        def answer(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
-            self.asked.append((name, fields))
+        def answer(asked: Message) -> Mapping[str, Scalar]:
+            self.asked.append((name, vars(asked)))
             return {"success": True, "message": "", **response} if not response or "success" in response else response
 
         bus.serve(Service(name, kind), answer)
@@ -178,7 +168,7 @@ def test_a_response_that_says_failed_measures_nothing() -> None:
 
 def test_a_response_of_which_nothing_is_asked_says_succeeded() -> None:
     async def scene() -> None:
-        empty = ServiceType("std_srvs/srv/Empty")
+        empty = service_type("std_srvs/srv/Empty")
         hub, heard = LoopbackHub(), Heard()
         hub.join("driver").serve(Service("/reset", empty), lambda _: {})
         link = ServiceLink(

@@ -182,7 +182,11 @@ class Leaving(LoopbackCell):
         self._buses[-1].subscribe(CellTopics.of(MODEL).case, partial(self._hear, self._nodes[0]))
 
     def _hear(self, controller: ControllerNode | ResourcesNode, received: Received) -> None:
-        if self.left < self._count and self._nodes[0] is controller and decode(received.data).kind == self._kind:
+        if (
+            self.left < self._count
+            and self._nodes[0] is controller
+            and decode(received.message.data).kind == self._kind
+        ):
             self.left += 1
             self._leaving.append(asyncio.ensure_future(self._leave(controller, self._buses[0])))
 

@@ -110,7 +110,7 @@ class Played:
         repeat_status(self.bus, lambda: self.status)
 
     def _hear(self, received: Received) -> None:
-        message = decode(received.data)
+        message = decode(received.message.data)
         self.heard.append(message)
         if self.status.role == "controller":
             self.harness.heard.append(message)
@@ -124,7 +124,7 @@ class Played:
         return self.prepared[-1].run
 
     def say(self, message: Message) -> None:
-        self.speaks.publish(encode(message))
+        self.speaks.publish({"data": encode(message)})
 
     def step(self, number: int, at_ns: int, event: Event | ResourceChanged) -> None:
         self.say(Stepped(self.run, number, at_ns, event_record(event)))
@@ -264,7 +264,7 @@ def test_what_no_waiting_mends_is_reported_at_once(
 
 def test_an_unknown_sender_that_cannot_be_understood_is_reported(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        harness.stage.join("old").publisher(TOPICS.status).publish('{"kind": "status", "role": "controller"}')
+        harness.stage.join("old").publisher(TOPICS.status).publish({"data": '{"kind": "status", "role": "controller"}'})
         with wording.raises(NotReadyError) as raised:
             await harness.node.wait_for_cell(1.0)
         assert problems(raised.value.reasons) == (NO_CONTROLLER, (Lack.UNREADABLE, ()))
@@ -823,7 +823,7 @@ def test_one_status_ends_no_run(role: str) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         _, _, task = await going(harness, loop)
         forged = structs.replace(new_status(role, MODEL, "other", ["scan"]), since_ns=0, mismatched=("anything",))
-        harness.stage.join("forger").publisher(TOPICS.status).publish(encode(forged))
+        harness.stage.join("forger").publisher(TOPICS.status).publish({"data": encode(forged)})
         await loop.settle(SECOND_NS)
         assert not task.done()
         assert harness.stage.complaints == []
@@ -872,7 +872,7 @@ def test_answers_to_nothing_are_dropped_with_a_sentence(wording: Wording) -> Non
         controller, resources, task = await going(harness, loop)
         for request, resource in ((0, "scan"), (5, "scan"), (1, "another")):
             resources.say(Answering(controller.run, request, resource, 1))
-        resources.speaks.publish("what")
+        resources.speaks.publish({"data": "what"})
         await loop.settle()
         assert len(harness.stage.complaints) == 4
         wording(harness.stage.complaints)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.model import MessageType, Scalar
 from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError, Publisher, Received, Topic
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.links.link import Correlation, Measurement, Reply
 from scbm.nodes.links.topic_link import TopicLink, id_text, read_id, read_reply
+from scbm.nodes.types.definitions import BOOL, FLOAT64
 from support.hearing import Heard
 from support.strings import matching
 from support.virtual_loop import VirtualLoop, run_virtually
@@ -46,8 +46,8 @@ class Harness:
         return bus, bus.publisher(REPLY) if answers else None
 
     def _take(self, received: Received) -> None:
-        assert isinstance(received.data, str)
-        self.asked.append(json.loads(received.data))
+        assert isinstance(received.message.data, str)
+        self.asked.append(json.loads(received.message.data))
 
     def send(self, number: int) -> None:
         self.link.send(Correlation("run", number), (("command", "scan"), ("count", 2), ("light", True)))
@@ -82,9 +82,9 @@ def test_replies_and_values_are_reported_with_the_time_at_which_they_came() -> N
         _, replies = harness.driver()
         assert replies is not None
         came_ns = harness.loop.now_ns()
-        replies.publish('{"id": "run-7", "succeeded": true, "measured": {"zone": "near", "count": 3}}')
-        replies.publish('{"id": "other-8", "succeeded": false}')
-        replies.publish('{"measured": {"zone": "far"}}')
+        replies.publish({"data": '{"id": "run-7", "succeeded": true, "measured": {"zone": "near", "count": 3}}'})
+        replies.publish({"data": '{"id": "other-8", "succeeded": false}'})
+        replies.publish({"data": '{"measured": {"zone": "far"}}'})
         await harness.loop.settle()
         assert harness.heard.replies == [
             ("scanner", Reply(Correlation("run", 7), True, (("zone", "near"), ("count", 3)), came_ns)),
@@ -151,8 +151,8 @@ class Refusing:
         self.peers = 0
         self.sent: list[str] = []
 
-    def publish(self, data: Scalar) -> None:
-        body = json.loads(str(data))["id"]
+    def publish(self, values: Mapping[str, object]) -> None:
+        body = json.loads(str(values["data"]))["id"]
         if body == "run-1":
             raise BusError("full")
         self.sent.append(body)
@@ -187,7 +187,7 @@ def test_what_is_missing_is_named_and_the_other_side_is_not_to_blame() -> None:
     async def scene(harness: Harness) -> None:
         missing = [harness.link.missing]
         harness.driver(answers=False)
-        harness.hub.join("listener").subscribe(Topic(REQUEST.name, MessageType.BOOL), lambda _: None)
+        harness.hub.join("listener").subscribe(Topic(REQUEST.name, BOOL), lambda _: None)
         await harness.loop.settle()
         assert [*missing, harness.link.missing] == [(REQUEST.name, REPLY.name), (REPLY.name,)]
         assert harness.link.why_unmatched() is None
@@ -212,7 +212,7 @@ def test_a_cancellation_that_nobody_can_hear_is_not_kept() -> None:
 def test_why_nobody_is_there_is_reported_if_it_shows(wording: Wording) -> None:
     async def scene(harness: Harness) -> None:
         assert harness.link.why_unmatched() is None
-        harness.hub.join("driver").publisher(Topic(REPLY.name, MessageType.FLOAT64))
+        harness.hub.join("driver").publisher(Topic(REPLY.name, FLOAT64))
         unmatched = harness.link.why_unmatched()
         assert unmatched is not None
         assert unmatched.is_mismatch
@@ -253,8 +253,8 @@ def test_what_is_none_of_the_protocol_is_dropped_with_a_sentence(body: str, word
     async def scene(harness: Harness) -> None:
         _, replies = harness.driver()
         assert replies is not None
-        replies.publish(body)
-        replies.publish('{"id": "run-8", "succeeded": true}')
+        replies.publish({"data": body})
+        replies.publish({"data": '{"id": "run-8", "succeeded": true}'})
         await harness.loop.settle()
         (complaint,) = harness.complaints
         assert "`/scanner/reply`" in complaint

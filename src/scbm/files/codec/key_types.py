@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 from msgspec import field
 
 from scbm.cases.trace import End
-from scbm.files.codec.keys import Data, Definitions, Keys, KeyType, ShapeCheck, Spot
+from scbm.files.codec.keys import Data, DefaultKey, Definitions, Keys, KeyType, ShapeCheck, Spot
 from scbm.files.codec.value_reader import Entry, ValueReader
 from scbm.files.language.quantities import DURATION_PATTERN
 from scbm.files.yaml.yaml_writer import FlowList, FlowMapping
 from scbm.model import Slug
 from scbm.model.durations import format_duration
+from scbm.model.lazy_exports import load_named
 from scbm.model.predicates import Predicate, Truth
 from scbm.model.requirements import FORMS, RequirementForm
 from scbm.model.values import Value, format_value
@@ -128,6 +129,40 @@ class MappingType(KeyType[K], frozen=True):
     def write(self, value: object) -> Data:
         """Return the mapping as data."""
         return self.keys.write(value)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Refer to the definition of the mapping."""
+        return definitions.reference(self.keys)
+
+    def mappings(self) -> tuple[type[Keys], ...]:
+        """Return the mapping."""
+        return (self.keys,)
+
+
+class NamedMappingType(KeyType["Keys | None"], frozen=True):
+    """A mapping whose keys a package beside the core declares, which is named as text: `package.module:Keys`."""
+
+    place: str
+    words: str = "mapping"
+    has_title: ClassVar[bool] = False
+
+    @property
+    def keys(self) -> type[Keys]:
+        """The declaration, whose module is imported now."""
+        declared: type[Keys] = load_named(self.place)
+        return declared
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Check the mapping."""
+        self.keys.check(spot, check)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> Keys:
+        """Bind the keys to the node."""
+        return self.keys(node, reader)
+
+    def write(self, value: object) -> Data:
+        """Return the data of the mapping, which is kept as it was written."""
+        return value
 
     def schema(self, definitions: Definitions) -> dict[str, Data]:
         """Refer to the definition of the mapping."""
@@ -314,6 +349,18 @@ ACTIONS = ScalarListType(
     "an action",
     node_of,
     lambda actions: [str(action) for action in actions],
+)
+
+
+def _read_paths(_: ValueReader, node: YamlNode) -> tuple[YamlNode, ...]:
+    return tuple(element for element in node.elements if element.text is not None)
+
+
+INTERFACES: DefaultKey[tuple[YamlNode, ...]] = DefaultKey(
+    names_type("list of paths", _read_paths, lambda paths: flow_list(map(str, paths))),
+    "Where the types of bindings are found: folders with packages of ROS 2, packages, or files `.msg`, `.srv` and "
+    "`.action`; relative to this file.",
+    default=(),
 )
 
 _MAX_COLUMNS = 100

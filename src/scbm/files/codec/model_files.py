@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from scbm.files.codec.binding_keys import BINDINGS_OWNERS, BindingsKeys
 from scbm.files.codec.keys import check_shape
 from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
 from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
@@ -23,6 +22,7 @@ from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_writer import dump
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, RunsDeclaration, Slug
+from scbm.model.lazy_exports import load_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -221,6 +221,9 @@ def _refuse_too_many(document: YamlNode, places: Places) -> None:
 
 # files of bindings
 
+BINDINGS_KEYS = "scbm.nodes.bindings.binding_keys:BindingsKeys"
+"""The keys of such a file, which `nodes` declares: the core knows nothing of drivers."""
+
 
 def load_bindings(path: str | Path, model: BehaviorModel) -> BehaviorModel:
     """Return the model with the bindings of a file, which replace those of the model.
@@ -240,8 +243,9 @@ def read_bindings(text: str, model: BehaviorModel, file: str = "bindings") -> Be
         file: the name of the text in errors.
     """
     document, _, report = read_tree(text, file, "bindings", "bindings begin with `bindings_of: <name of the model>`")
-    check_shape(document, report, BindingsKeys, BINDINGS_OWNERS)
-    bindings = BindingsKeys(document, ValueReader(report, Scope.of(model))).bindings(model)
+    keys = load_named(BINDINGS_KEYS)
+    check_shape(document, report, keys, load_named("scbm.nodes.bindings.binding_keys:BINDINGS_OWNERS"))
+    bindings = keys(document, ValueReader(report, Scope.of(model))).bindings(model)
     report.raise_any()
     resources = (replace(r, binding=bindings.get(r.name, r.binding)) for r in model.resources)
     return replace(model, resources=tuple(resources))
@@ -299,7 +303,9 @@ def digest_of(model: BehaviorModel) -> str:
     Bindings, planner and waivers do not change what the model means. A certificate says itself which runs it is about.
     """
     resources = tuple(replace(resource, binding=None) for resource in model.resources)
-    meaning = replace(model, resources=resources, planner=PlannerChoice(), waivers=(), runs=RunsDeclaration())
+    meaning = replace(
+        model, resources=resources, planner=PlannerChoice(), waivers=(), runs=RunsDeclaration(), interfaces=()
+    )
     return sha256(write_model(meaning).encode()).hexdigest()
 
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from msgspec.structs import replace
 
-from scbm.files.codec.binding_keys import BindingReader, RosKeys
 from scbm.files.codec.key_types import (
     COUNT,
+    INTERFACES,
     MAY_END,
     MAY_END_HELP,
     MODEL_NAME,
@@ -39,6 +39,7 @@ from scbm.model.behavior import (
     RunPlans,
     RunsDeclaration,
 )
+from scbm.model.lazy_exports import load_named
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import BUILT_IN_NAMES, OPTIONAL_NAMES, Requirement
 from scbm.model.variables import Variable, VariableSource, resource_variables, runner_variables
@@ -321,6 +322,7 @@ class ModelKeys(Keys):
         absent="`{goals: sequence, plans: canonical}`",
         source=lambda model: None if model.runs == RunsDeclaration() else model.runs,
     )
+    interfaces = INTERFACES
     include = INCLUDE
     parts = PARTS
 
@@ -352,6 +354,7 @@ class ModelKeys(Keys):
             requirements_on=tuple(self._switched_on()),
             reachable_again=tuple(self._goals_to_reach_again()),
             origins=tuple(self._origins()),
+            interfaces=tuple(node.text or "" for node in self.interfaces),
         )
         self._refuse_false_sources(model)
         self._refuse_drawn_plans(model)
@@ -452,12 +455,13 @@ class ModelKeys(Keys):
         bound = [entry for entry in self.resources if entry.value.has("ros")]
         if not bound:
             return model
-        bindings = BindingReader(self.reader, model)
-        by_name = {
-            entry.name: bindings.binding(entry.value.as_written(entry.name), entry.value.ros, entry.value.place("ros"))
+        read_all = load_named("scbm.nodes.bindings.binding_keys:read_all")
+        named = {
+            entry.name: (entry.value.as_written(entry.name), entry.value.ros, entry.value.place("ros"))
             for entry in bound
             if entry.value.ros is not None
         }
+        by_name = read_all(self.reader, model, named, self.interfaces)
         resources = (replace(resource, binding=by_name.get(resource.name)) for resource in model.resources)
         return replace(model, resources=tuple(resources))
 
@@ -539,7 +543,6 @@ MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (ResourceKeys, "a resource"),
     (OperationKeys, "an operation"),
     (SimulationKeys, "the `simulation` of a resource"),
-    (RosKeys, "`ros` of a resource"),
     (TransitionKeys, "a transition"),
     (EnvironmentKeys, "an environment transition"),
     (PlannerKeys, "the planner"),

@@ -9,12 +9,12 @@ import re
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.key_types import (
     DURATION,
     DURATION_SCHEMA,
     VARIABLES,
     MappingType,
+    NamedMappingType,
     NamesType,
     ScalarListType,
     ScalarOrMappingType,
@@ -433,7 +433,11 @@ class ResourceKeys(Keys):
         absent="success after `0 s`",
         always_written=True,
     )
-    ros = Key(MappingType(RosKeys, "binding"), "How the real resource is reached.", source="binding")
+    ros = Key(
+        NamedMappingType("scbm.nodes.bindings.binding_keys:RosKeys", "binding"),
+        "How the real resource is reached.",
+        source=lambda resource: None if resource.binding is None else resource.binding.written,
+    )
     where = where_key()
 
     def resource(self, name: str) -> Resource:

@@ -491,7 +491,7 @@ class TemplateMaker(Struct, frozen=True):
                 self.report,
             )
         if isinstance(node.plain, list):
-            return ListTemplate(node, [self._binding(element, "words") for element in node.elements])
+            return ListTemplate(node, [self._binding(element, part) for element in node.elements])
         if node.text is None or node.plain is None or node.condemned:
             return CopyTemplate(node)
         is_variable = part == "argument" and self.scope.names.has_index(node.text)

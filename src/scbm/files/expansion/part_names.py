@@ -290,7 +290,7 @@ class PartCopy(Struct, frozen=True):
             is_variable = kind == "argument" and (node.text in self.declared or node.text in self.arguments)
             return self._copied_scalar(node, node.scalar, has_names=is_variable)
         if isinstance(node.plain, list):
-            return self._copied(node, has_names=False)
+            return list_node([self._bound(element, kind) for element in node.elements], node.place, node.end)
         return self._mapping(node, (self._bound_entry(entry, kind) for entry in entries_of(node)))
 
     def _bound_entry(self, entry: MappingEntry, kind: str) -> MappingEntry | None:

@@ -38,6 +38,7 @@ BINDING_PARTS: dict[str, dict[str, str]] = {
     "choice": {"*": "calls"},
     "calls": {"*": "call"},
     "fields": {"*": "argument"},
+    "argument": {"variable": "argument"},
 }
 """The mappings of a binding under `ros`: what stands under each of their keys, and what of it is further described."""
 

@@ -10,28 +10,24 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from msgspec import Struct
 
-from scbm.model import SET_BOOL, TRIGGER, FieldType, MessageType, Scalar, ServiceType
+from scbm.nodes.types.definitions import STRING, MessageDefinition, ServiceDefinition
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
+    from scbm.nodes.types.cdr import Message
+
 __all__ = [
     "ONLY_BEST_EFFORT",
-    "SET_BOOL",
-    "TRIGGER",
     "USE_RCLPY",
     "Answered",
     "Bus",
     "BusError",
     "Client",
-    "FieldType",
     "Join",
-    "MessageType",
     "Publisher",
     "Received",
-    "Scalar",
     "Service",
-    "ServiceType",
     "Subscription",
     "Topic",
     "Unmatched",
@@ -59,7 +55,7 @@ class Topic(Struct, frozen=True):
     """
 
     name: str
-    type: MessageType = MessageType.STRING
+    type: MessageDefinition = STRING
     is_latched: bool = False
     is_best_effort: bool = False
 
@@ -68,19 +64,19 @@ class Service(Struct, frozen=True):
     """A service: its name from the root, and its type."""
 
     name: str
-    type: ServiceType
+    type: ServiceDefinition
 
 
 class Received(Struct, frozen=True):
     """A received message.
 
     Attributes:
-        data: what it carries.
+        message: what it carries.
         source: identifies its publisher among those of the same topic, while that publisher exists.
         stamp_ns: when it came, by `time.monotonic_ns`.
     """
 
-    data: Scalar
+    message: Message
     source: int
     stamp_ns: int
 
@@ -90,12 +86,12 @@ class Answered(Struct, frozen=True):
 
     Attributes:
         call: what `Client.call` returned.
-        fields: the fields of the response.
+        message: the response.
         stamp_ns: when it came, by `time.monotonic_ns`.
     """
 
     call: int
-    fields: Mapping[str, Scalar]
+    message: Message
     stamp_ns: int
 
 
@@ -133,8 +129,11 @@ class Publisher(Protocol):
         """The number of matched subscriptions."""
         ...
 
-    def publish(self, data: Scalar) -> None:
-        """Send a message to all of them; raise `BusError` if the middleware cannot take it."""
+    def publish(self, values: Mapping[str, object]) -> None:
+        """Send a message with these fields to all of them; raise `BusError` if the middleware cannot take it.
+
+        Nested messages are mappings. What is left out is zero, empty or false.
+        """
         ...
 
 
@@ -163,8 +162,11 @@ class Client(Protocol):
         """Return why the servers may not understand calls, as a clause; `None` if nothing speaks for it."""
         ...
 
-    def call(self, fields: Mapping[str, Scalar]) -> int:
-        """Send a request with all its fields; return a number that no other call of this client has."""
+    def call(self, values: Mapping[str, object]) -> int:
+        """Send a request with these fields, as `Publisher.publish` has them.
+
+        Return a number that no other call of this client has.
+        """
         ...
 
 
@@ -208,8 +210,8 @@ class Bus(Protocol):
         """Return a client. `receive` gets each answer once; `matched` the number of servers whenever that changes."""
         ...
 
-    def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
-        """Serve a service: `answer` gets the fields of a request and returns those of the response."""
+    def serve(self, service: Service, answer: Callable[[Message], Mapping[str, object]]) -> None:
+        """Serve a service: `answer` gets a request, and returns the fields of the response."""
         ...
 
     def why_unmatched(self, what: Topic | Service) -> Unmatched | None:

@@ -9,11 +9,14 @@ from time import monotonic_ns
 from typing import TYPE_CHECKING
 
 from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Answered, BusError, Received, Service, Topic, Unmatched
+from scbm.nodes.types.cdr import BadValueError, codec_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from scbm.nodes.buses.bus import Join, Scalar
+    from scbm.nodes.buses.bus import Join
+    from scbm.nodes.types.cdr import Message
+    from scbm.nodes.types.definitions import MessageDefinition
 
 
 def connect_loopback(_: int, __: Callable[[str], None], ___: str | None) -> Join:
@@ -83,7 +86,7 @@ class LoopbackHub:
             *self._publishers.get(name, []),
             *self._subscriptions.get(name, []),
         ]
-        return [end.topic.type.value for end in ends if end.bus is not but]
+        return [end.topic.type.name for end in ends if end.bus is not but]
 
     def is_too_weak(self, topic: Topic, *, but: LoopbackBus) -> bool:
         """Return whether another bus publishes as best effort a topic that asks for reliable."""
@@ -138,7 +141,7 @@ class LoopbackHub:
 def _fit(offered: Topic, asked: Topic) -> bool:
     keeps_what_is_asked = offered.is_latched or not asked.is_latched
     is_as_reliable = asked.is_best_effort or not offered.is_best_effort
-    return offered.type is asked.type and keeps_what_is_asked and is_as_reliable
+    return offered.type == asked.type and keeps_what_is_asked and is_as_reliable
 
 
 @dataclass(eq=False)
@@ -148,20 +151,21 @@ class _LoopbackPublisher:
     topic: Topic
     id: int
     matched: Callable[[int], None] | None
-    last: Scalar | None = None
+    last: Message | None = None
     known: int = 0
 
     @property
     def peers(self) -> int:
         return len(self.hub.subscriptions_for(self))
 
-    def publish(self, data: Scalar) -> None:
+    def publish(self, values: Mapping[str, object]) -> None:
         if not self.bus.is_open:
             raise BusError(f"`{self.topic.name}`: the bus is closed")
+        message = _sent(self.topic.type, values)
         if self.topic.is_latched:
-            self.last = data
+            self.last = message
         for subscription in self.hub.subscriptions_for(self):
-            subscription.deliver(data, self.id)
+            subscription.deliver(message, self.id)
 
     def notify_matched(self) -> None:
         self.known = _notify(self.bus, self.matched, self.known, self.peers)
@@ -181,8 +185,8 @@ class _LoopbackSubscription:
     def peers(self) -> int:
         return len(self.hub.publishers_for(self))
 
-    def deliver(self, data: Scalar, source: int) -> None:
-        self.bus.later(self.receive, Received(data, source, self.hub.now_ns()))
+    def deliver(self, message: Message, source: int) -> None:
+        self.bus.later(self.receive, Received(message, source, self.hub.now_ns()))
 
     def lose(self, source: int) -> None:
         if self.left is not None:
@@ -196,10 +200,11 @@ class _LoopbackSubscription:
 class _LoopbackServer:
     bus: LoopbackBus
     service: Service
-    answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]
+    answer: Callable[[Message], Mapping[str, object]]
 
-    def take(self, call: int, fields: Mapping[str, Scalar], client: _LoopbackClient) -> None:
-        client.bus.later(client.receive, Answered(call, dict(self.answer(fields)), client.hub.now_ns()))
+    def take(self, call: int, request: Message, client: _LoopbackClient) -> None:
+        response = _sent(self.service.type.response, self.answer(request))
+        client.bus.later(client.receive, Answered(call, response, client.hub.now_ns()))
 
 
 @dataclass(eq=False)
@@ -222,14 +227,23 @@ class _LoopbackClient:
     def why_doubtful(self) -> None:
         """None: all nodes understand each other."""
 
-    def call(self, fields: Mapping[str, Scalar]) -> int:
+    def call(self, values: Mapping[str, object]) -> int:
+        request = _sent(self.service.type.request, values)
         number = next(iter(self.calls))
         for server in self.hub.servers_for(self)[:1]:
-            server.bus.later(server.take, number, dict(fields), self)
+            server.bus.later(server.take, number, request, self)
         return number
 
     def notify_matched(self) -> None:
         self.known = _notify(self.bus, self.matched, self.known, self.peers)
+
+
+def _sent(definition: MessageDefinition, values: Mapping[str, object]) -> Message:
+    """Return a message as its receiver gets it; raise `BusError` for values that it cannot carry."""
+    try:
+        return codec_of(definition).complete(values)
+    except BadValueError as error:
+        raise BusError(str(error)) from error
 
 
 def _mismatch(why: str) -> Unmatched:
@@ -290,7 +304,7 @@ class LoopbackBus:
         self._leave.append(lambda: self._hub.remove_client(made))
         return made
 
-    def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
+    def serve(self, service: Service, answer: Callable[[Message], Mapping[str, object]]) -> None:
         """Serve a service."""
         made = _LoopbackServer(self, service, answer)
         self._hub.add_server(made)
@@ -300,8 +314,8 @@ class LoopbackBus:
         """Return a mismatch if others use another type, or are less reliable."""
         if isinstance(what, Topic):
             types = self._hub.types_of(what.name, but=self)
-            others = [name for name in types if name != what.type.value]
-            wanted = what.type.value
+            others = [name for name in types if name != what.type.name]
+            wanted = what.type.name
             if not others and self._hub.is_too_weak(what, but=self):
                 return _mismatch(f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}")
         else:

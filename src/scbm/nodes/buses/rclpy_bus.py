@@ -13,13 +13,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from msgspec import Struct, field
 
-from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Answered, BusError, FieldType, Received, Service, Topic, Unmatched
+from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Answered, BusError, Received, Service, Topic, Unmatched
+from scbm.nodes.types.cdr import BadValueError, codec_of
+from scbm.nodes.types.definitions import ListShape, MessageDefinition, Primitive
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
     from types import ModuleType
 
-    from scbm.nodes.buses.bus import Scalar, ServiceType
+    from scbm.nodes.types.cdr import Message
+    from scbm.nodes.types.definitions import FieldShape
 
 Foreign: TypeAlias = Any
 """Something of rclpy, or of a package of messages: where there is no ROS 2, nothing is known of its type."""
@@ -30,8 +33,8 @@ _LOOK_S = 0.1
 _LEAVES_S = 1.0
 """Maximum time that `close` waits for subscriptions that have not acknowledged the last messages."""
 
-_TYPES = {FieldType.BOOL: "boolean", FieldType.FLOAT32: "float", FieldType.FLOAT64: "double"}
-"""The names of field types in rclpy that differ from those of ROS 2."""
+_TYPES = {"bool": "boolean", "float32": "float", "float64": "double", "byte": "octet", "char": "uint8"}
+"""The names of primitive types in rclpy that differ from those of ROS 2."""
 
 
 def open_ros2(node: str, domain: int, warn: Callable[[str], None]) -> RclpyBus:
@@ -111,7 +114,7 @@ class RclpyBus:
 
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> _RclpyPublisher:
         """Return a publisher. Raises `BusError` for names and types that this ROS 2 does not have."""
-        class_, qos = _class(topic.type.value), self._qos(topic)
+        class_, qos = _message_class(topic.type), self._qos(topic)
         with _rclpy_errors(f"`{topic.name}` cannot be published"):
             entity = self._node.create_publisher(class_, topic.name, qos)
         self._sent.append((topic, entity))
@@ -129,9 +132,9 @@ class RclpyBus:
             raise ValueError("rclpy does not say which publisher is gone")
 
         def receive_later(message: Foreign) -> None:
-            self._later(receive, Received(message.data, 0, monotonic_ns()))
+            self._later(receive, Received(message, 0, monotonic_ns()))
 
-        class_, qos = _class(topic.type.value), self._qos(topic)
+        class_, qos = _message_class(topic.type), self._qos(topic)
         with _rclpy_errors(f"`{topic.name}` cannot be subscribed to"):
             entity = self._node.create_subscription(class_, topic.name, receive_later, qos)
         self._heard.append(topic)
@@ -141,7 +144,9 @@ class RclpyBus:
         self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
     ) -> _RclpyClient:
         """Return a client. Raises `BusError` for names and types that this ROS 2 lacks, or has with other fields."""
-        class_, qos = _service_class(service.type), self._qos(Topic(service.name))
+        class_, qos = _class(service.type.name), self._qos(Topic(service.name))
+        _refuse_others(class_.Request, service.type.request)
+        _refuse_others(class_.Response, service.type.response)
         with _rclpy_errors(f"`{service.name}` cannot be called"):
             entity = self._node.create_client(class_, service.name, qos_profile=qos)
         peers = self._look_at(lambda: self._servers(entity, service.name), matched)
@@ -177,7 +182,7 @@ class RclpyBus:
         heard = self._node.get_publishers_info_by_topic(what.name) if what in self._heard else []
         sent = [topic for topic, _ in self._sent]
         hearers = self._node.get_subscriptions_info_by_topic(what.name) if what in sent else []
-        other = _of_another_type(what.name, [info.topic_type for info in (*heard, *hearers)], what.type.value)
+        other = _of_another_type(what.name, [info.topic_type for info in (*heard, *hearers)], what.type.name)
         best_effort = self._rclpy.qos.ReliabilityPolicy.BEST_EFFORT
         is_too_weak = not what.is_best_effort and any(info.qos_profile.reliability == best_effort for info in heard)
         weak = Unmatched(f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}", is_mismatch=True)
@@ -265,9 +270,10 @@ class _RclpyPublisher(Struct, frozen=True):
     def peers(self) -> int:
         return self.others.peers
 
-    def publish(self, data: Scalar) -> None:
+    def publish(self, values: Mapping[str, object]) -> None:
+        message = _made(self.message, self.topic.type, values)
         with _rclpy_errors(f"`{self.topic.name}`: nothing can be sent"):
-            self.entity.publish(self.message(data=data))
+            self.entity.publish(message)
 
 
 class _RclpyClient(Struct, frozen=True):
@@ -288,18 +294,17 @@ class _RclpyClient(Struct, frozen=True):
     def why_doubtful(self) -> None:
         """None: rclpy matches only servers that it can call."""
 
-    def call(self, fields: Mapping[str, Scalar]) -> int:
+    def call(self, values: Mapping[str, object]) -> int:
+        request = _made(self.request, self.service.type.request, values)
         number = next(self.calls)
         with _rclpy_errors(f"`{self.service.name}`: nothing can be sent"):
-            future = self.entity.call_async(self.request(**fields))
+            future = self.entity.call_async(request)
         future.add_done_callback(partial(self._answer, number))
         return number
 
     def _answer(self, number: int, future: Foreign) -> None:
         """Handle a response, at most one for each call. Called on the thread of the executor."""
-        response, stamp_ns = future.result(), monotonic_ns()
-        fields = {name: getattr(response, name) for name, _ in self.service.type.response}
-        self.answered(Answered(number, fields, stamp_ns))
+        self.answered(Answered(number, future.result(), monotonic_ns()))
 
 
 def _of_another_type(name: str, types: list[str], wanted: str) -> Unmatched | None:
@@ -316,18 +321,58 @@ def _class(name: str) -> Foreign:
         raise _error(f"this ROS 2 has no type {name}: {error}", f"source the workspace that has `{package}`") from error
 
 
-def _service_class(type_: ServiceType) -> Foreign:
-    class_ = _class(type_.name)
-    parts = ("request", class_.Request, type_.request), ("response", class_.Response, type_.response)
-    for what, part, fields in parts:
-        there = dict(part.get_fields_and_field_types())
-        bound = {name: _TYPES.get(kind, kind.value) for name, kind in fields}
-        if there != bound:
-            raise _error(
-                f"the {what} of {type_.name} has the fields {_shown(there)}, and the binding says {_shown(bound)}",
-                "describe it as `ros2 interface show` does",
-            )
+def _message_class(definition: MessageDefinition) -> Foreign:
+    class_ = _class(definition.name)
+    _refuse_others(class_, definition)
     return class_
+
+
+def _refuse_others(class_: Foreign, definition: MessageDefinition) -> None:
+    """Raise `BusError` if a message has other fields in this ROS 2; nested ones are compared when they are made."""
+    there = dict(class_.get_fields_and_field_types())
+    bound = {name: _rclpy_name(shape) for name, shape in definition.fields}
+    if there != bound:
+        raise _error(
+            f"{definition.name} has the fields {_shown(there)}, and the binding means {_shown(bound)}",
+            "name the folder of its package in this workspace under `interfaces`",
+        )
+
+
+def _rclpy_name(shape: FieldShape) -> str:
+    """Return the name that rclpy has for a type: `double[9]`, `sequence<std_msgs/Header, 3>`, `string<8>`."""
+    if isinstance(shape, ListShape):
+        element = _rclpy_name(shape.element)
+        if shape.is_array:
+            return f"{element}[{shape.size}]"
+        return f"sequence<{element}, {shape.size}>" if shape.size else f"sequence<{element}>"
+    if isinstance(shape, MessageDefinition):
+        package, _, short = shape.name.split("/")
+        return f"{package}/{short}"
+    return f"string<{shape.bound}>" if shape.bound else _TYPES.get(shape.name, shape.name)
+
+
+def _made(class_: Foreign, definition: MessageDefinition, values: Mapping[str, object]) -> Foreign:
+    """Return a message of rclpy with these values; what is left out is zero. Raises `BusError`."""
+    try:
+        complete = codec_of(definition).complete(values)
+    except BadValueError as error:
+        raise _error(str(error)) from error
+    with _rclpy_errors(f"{definition.name} cannot be made"):
+        return _filled(class_(), definition, complete)
+
+
+def _filled(made: Foreign, definition: MessageDefinition, message: Message) -> Foreign:
+    for name, shape in definition.fields:
+        value = getattr(message, name)
+        element = shape.element if isinstance(shape, ListShape) else shape
+        if isinstance(element, MessageDefinition):
+            class_ = _class(element.name)
+            parts = [_filled(class_(), element, part) for part in (value if isinstance(shape, ListShape) else [value])]
+            value = parts if isinstance(shape, ListShape) else parts[0]
+        elif element == Primitive("byte"):
+            value = [bytes((each,)) for each in value] if isinstance(shape, ListShape) else bytes((value,))
+        setattr(made, name, value)
+    return made
 
 
 def _shown(fields: Mapping[str, str]) -> str:

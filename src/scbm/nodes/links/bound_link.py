@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
 
-from scbm.model import RequestBinding, ServiceCall, ServiceChoice, TopicPair
 from scbm.model.lazy_exports import load_named
+from scbm.nodes.bindings.ros_binding import RequestBinding, ServiceCall, ServiceChoice, TopicPair, binding_of
 from scbm.nodes.buses.bus import Unmatched
 from scbm.nodes.links.link import LinkContext, PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import MeasuredTopics
@@ -112,8 +112,8 @@ LINKS: dict[type[RequestBinding], str] = {
 
 def _requests(context: LinkContext) -> Link | None:
     """Return the link that carries requests; `None` if the resource only measures."""
-    binding = context.resource.binding
-    if binding is None or binding.requests is None:
+    binding = binding_of(context.resource)
+    if binding.requests is None:
         return None
     kind = type(binding.requests)
     if kind not in LINKS:

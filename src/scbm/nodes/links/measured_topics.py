@@ -11,19 +11,24 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from scbm.cases.trace import SENT, InjectionApplied
-from scbm.model import Binding, format_value
+from scbm.model import format_value
 from scbm.model.json_reader import MAX_LONG_TEXT
+from scbm.nodes.bindings.ros_binding import binding_of
 from scbm.nodes.buses.bus import Topic, Unmatched
 from scbm.nodes.links.link import Measurement, PresenceMonitor
+from scbm.nodes.types.field_paths import MissingElement
 from scbm.running.simulation.excluded_values import EXCLUDED, excluded_values
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from scbm.cases.trace import Changes, Record
-    from scbm.model import MeasuredTopic, Reading, Resource, Value
-    from scbm.nodes.buses.bus import Bus, Received, Scalar, Subscription
+    from scbm.model import Resource, Value
+    from scbm.nodes.bindings.ros_binding import MeasuredTopic, Reading
+    from scbm.nodes.buses.bus import Bus, Received, Subscription
     from scbm.nodes.links.link import LinkListener
+    from scbm.nodes.types.cdr import Message
+    from scbm.nodes.types.definitions import Scalar
     from scbm.running import Program
 
 
@@ -38,13 +43,12 @@ class MeasuredTopics:
             resource: one with a binding.
             listener: gets values and changes of presence.
         """
-        assert resource.binding is not None  # noqa: S101 - checked by the caller
         self._bus = bus
         self._resource = resource.name
         self._listener = listener
         self._presence = PresenceMonitor(resource.name, listener, lambda: self.is_there)
         grouped: dict[Topic, list[MeasuredTopic]] = {}
-        for measured in resource.binding.measured:
+        for measured in binding_of(resource).measured:
             topic = Topic(measured.topic, measured.type, is_best_effort=measured.is_best_effort)
             grouped.setdefault(topic, []).append(measured)
         self._topics = tuple(grouped)
@@ -71,7 +75,7 @@ class MeasuredTopics:
         return [topic for topic, heard in zip(self._topics, self._subscriptions, strict=True) if not heard.peers]
 
     def _receive(self, readings: tuple[Reading, ...], received: Received) -> None:
-        values = tuple((reading.variable, value_of(reading, received.data)) for reading in readings)
+        values = tuple((reading.variable, value_of(reading, received.message)) for reading in readings)
         self._listener.on_values(self._resource, Measurement(values, received.stamp_ns))
 
     def _matched(self, _: int) -> None:
@@ -82,19 +86,28 @@ _MAX_SHOWN = MAX_LONG_TEXT // 10
 """Maximum length of a text of a driver; as JSON, with escapes, it fits into a record."""
 
 
-def value_of(reading: Reading, data: Scalar) -> Value:
-    """Return the value that data means.
+def value_of(reading: Reading, message: Message) -> Value:
+    """Return the value that a field of a message means.
 
-    Data that means none comes out as a text that shows it and is the value of no variable, so that the runner refuses
-    it and says so: numbers as they are written, other text in quotes as in JSON, cut at the limit of a record.
+    A field that means none comes out as a text that shows it and is the value of no variable, so that the runner
+    refuses it and says so: numbers as they are written, other text in quotes as in JSON, cut at the limit of a record.
+    So does an element that the message does not have.
     """
+    try:
+        data = reading.path.get(message)
+    except MissingElement as error:
+        return f"{_MISSING}{error}"[:_MAX_SHOWN]
     if isinstance(data, str) and len(data) > _MAX_SHOWN:
         return _shown(f"{data[:_MAX_SHOWN]}…")
-    if reading.ranges and not isinstance(data, str):
+    if reading.ranges:
         return next((value for value, interval in reading.ranges if data in interval), _shown(data))
-    if reading.texts and isinstance(data, str):
-        return dict(reading.texts).get(data, _shown(data))
+    if reading.meanings:
+        return dict(reading.meanings).get(data, _shown(data))
     return _shown(data) if isinstance(data, float) else data
+
+
+_MISSING = "no "
+"""How the text for an element begins that a message does not have: `no position[2]: the list has 2 elements`."""
 
 
 def _shown(data: Scalar) -> str:
@@ -124,7 +137,7 @@ class Refusals:
             warn: gets the sentences.
         """
         self._program = program
-        self._bindings = {resource.name: resource.binding or Binding() for resource in program.model.resources}
+        self._readings = {resource.name: binding_of(resource).readings for resource in program.model.resources}
         self._warn = warn
         self._warned: list[tuple[str, str]] = []
 
@@ -141,10 +154,12 @@ class Refusals:
             return f"`{resource}` may not measure this variable"
         if value in self._program.packing.space[name].domain:
             return None
-        readings = [reading for reading in _readings(self._bindings[resource]) if reading.variable == name]
+        readings = [reading for reading in self._readings[resource] if reading.variable == name]
+        if readings and isinstance(value, str) and value.startswith(_MISSING):
+            return "the message does not have it"
         if any(reading.ranges for reading in readings):
             return "in no range of its binding"
-        return "no text of its binding" if any(reading.texts for reading in readings) else "not in its domain"
+        return "no value of its binding" if any(reading.meanings for reading in readings) else "not in its domain"
 
 
 class ExclusionWarnings:
@@ -170,12 +185,6 @@ class ExclusionWarnings:
             if excluded.variable in new:
                 del new[excluded.variable]
                 self._warn(f"{EXCLUDED}: {excluded}")
-
-
-def _readings(binding: Binding) -> Iterator[Reading]:
-    for call in binding.calls:
-        yield from (reading for _, reading in call.measured)
-    yield from (measured.reading for measured in binding.measured)
 
 
 def _shown_value(text: str) -> str:

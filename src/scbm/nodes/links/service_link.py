@@ -7,18 +7,21 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from scbm.model import Reference, ServiceCall, ServiceChoice
+from scbm.nodes.bindings.ros_binding import ServiceCall, ServiceChoice, binding_of, request_values
 from scbm.nodes.buses.bus import BusError, Service, Unmatched
 from scbm.nodes.links.link import PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import value_of
+from scbm.nodes.types.field_paths import MissingElement
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from scbm.cases.trace import Changes
-    from scbm.model import Scalar
     from scbm.nodes.buses.bus import Answered, Bus, Client
     from scbm.nodes.links.link import Correlation, LinkContext
+    from scbm.nodes.types.cdr import Message
+    from scbm.nodes.types.definitions import Scalar
+    from scbm.nodes.types.field_paths import FieldPath
 
 
 class ServiceLink:
@@ -35,8 +38,7 @@ class ServiceLink:
 
     def __init__(self, context: LinkContext) -> None:
         """Made once for each resource that is bound to services, on the event loop of the bus."""
-        binding = context.resource.binding
-        assert binding is not None  # noqa: S101 - checked by the caller
+        binding = binding_of(context.resource)
         self._bus = context.bus
         self._resource = context.resource.name
         self._requests = binding.requests
@@ -67,7 +69,7 @@ class ServiceLink:
             # Later, as every reply: the sender does not expect a callback while it sends.
             asyncio.get_running_loop().call_soon(self._listener.on_reply, self._resource, reply)
         else:
-            self._lines[call.name].send(_PendingCall(request, call, _fields(call, dict(values))))
+            self._lines[call.name].send(_PendingCall(request, call, request_values(call.request, dict(values))))
 
     def cancel(self, request: Correlation) -> None:
         """Cancel a request: it is not called, or its response is dropped."""
@@ -90,11 +92,11 @@ class ServiceLink:
         return dict(self._requests.calls).get(dict(values)[self._requests.variable])
 
     def _answered(self, asked: _PendingCall, answered: Answered) -> None:
-        call, fields = asked.call, answered.fields
-        succeeded = all(fields[name] == wanted for name, wanted in call.succeeded)
+        call, message = asked.call, answered.message
+        succeeded = all(has_value(message, path, wanted) for path, wanted in call.succeeded)
         # The other fields of a response that says failed mean nothing.
         readings = call.measured if succeeded else ()
-        measured = tuple((reading.variable, value_of(reading, fields[name])) for name, reading in readings)
+        measured = tuple((reading.variable, value_of(reading, message)) for reading in readings)
         reply = Reply(asked.request, succeeded, measured, answered.stamp_ns)
         self._listener.on_reply(self._resource, reply)
 
@@ -102,11 +104,12 @@ class ServiceLink:
         self._warn(f"request {asked.request.number} to `{self._resource}` is lost: {error.message}")
 
 
-def _fields(call: ServiceCall, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
-    """Return the fields of a call: literal values, or values that the request carries."""
-    types = dict(call.type.request)
-    given = {name: values[value.name] if isinstance(value, Reference) else value for name, value in call.request}
-    return {name: float(value) if types[name].is_float else value for name, value in given.items()}
+def has_value(message: Message, path: FieldPath, wanted: Scalar) -> bool:
+    """Return whether a field of a message is there, and has a value."""
+    try:
+        return bool(path.get(message) == wanted)
+    except MissingElement:
+        return False
 
 
 class _PendingCall(Struct, frozen=True):
@@ -120,7 +123,7 @@ class _PendingCall(Struct, frozen=True):
 
     request: Correlation
     call: ServiceCall
-    fields: dict[str, Scalar]
+    fields: dict[str, object]
 
 
 class _CallQueue(Struct):

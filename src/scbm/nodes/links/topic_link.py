@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 from msgspec import UNSET, UnsetType, field
 
 from scbm.model.json_reader import JsonError, JsonRecord, Values, matching, read_record
+from scbm.nodes.bindings.ros_binding import binding_of
 from scbm.nodes.buses.bus import BusError, Topic, Unmatched
 from scbm.nodes.links.link import Correlation, Measurement, PresenceMonitor, Reply
 from scbm.nodes.node_messages import read_object
@@ -80,14 +81,14 @@ class TopicLink:
         """Send a request, or queue it until the driver is there."""
         text = json.dumps({"id": id_text(request), "request": dict(values)}, ensure_ascii=False)
         if self.is_there:
-            self._requests.publish(text)
+            self._requests.publish({"data": text})
         else:
             self._waiting[request] = text
 
     def cancel(self, request: Correlation) -> None:
         """Cancel a request."""
         if self._waiting.pop(request, None) is None and self.is_there:
-            self._requests.publish(json.dumps({"id": id_text(request), "cancel": True}))
+            self._requests.publish({"data": json.dumps({"id": id_text(request), "cancel": True})})
 
     def why_unmatched(self) -> Unmatched | None:
         """Return why the driver is missing, if it is known."""
@@ -106,13 +107,13 @@ class TopicLink:
         waiting, self._waiting = self._waiting, {}
         for request, text in waiting.items():
             try:
-                self._requests.publish(text)
+                self._requests.publish({"data": text})
             except BusError as error:
                 self._warn(f"request {request.number} to `{self._resource}` is lost: {error.message}")
 
     def _receive(self, received: Received) -> None:
         try:
-            heard = read_reply(received.data, received.stamp_ns)
+            heard = read_reply(received.message.data, received.stamp_ns)
         except JsonError as error:
             self._warn(f"a message on `{self._topics[1].name}` was dropped: {error}")
             return
@@ -124,8 +125,8 @@ class TopicLink:
 
 def bound_topic_link(context: LinkContext) -> TopicLink:
     """Return the link to a driver that is bound to a pair of topics."""
-    binding = context.resource.binding
-    assert binding is not None and binding.requests is not None  # noqa: S101, PT018 - checked by the caller
+    binding = binding_of(context.resource)
+    assert binding.requests is not None  # noqa: S101 - checked by the caller
     request, reply = map(Topic, binding.requests.topics)
     return TopicLink(context.bus, context.resource.name, (request, reply), context.listener, context.warn)
 

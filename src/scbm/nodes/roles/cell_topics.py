@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from scbm.model import BehaviorModel
-    from scbm.nodes.buses.bus import Bus, Received, Scalar
+    from scbm.nodes.buses.bus import Bus, Received
 
 
 START_WITHIN_S = 10.0
@@ -168,10 +168,10 @@ class Membership:
         self._others: dict[int, Status] = {}
         self._new: dict[int, _NewStatus] = {}
         self._unreadable: dict[int, str] = {}
-        self._texts: dict[int, Scalar] = {}
+        self._texts: dict[int, str] = {}
         self._own_text = encode(own)
         self._publisher = bus.publisher(topics.status)
-        self._publisher.publish(self._own_text)
+        self._publisher.publish({"data": self._own_text})
         self._timer = self._repeat_later()
         self._alone: asyncio.TimerHandle | None = None
         bus.subscribe(topics.status, self._receive, left=self._lose)
@@ -193,14 +193,14 @@ class Membership:
 
     def _repeat(self) -> None:
         with suppress(BusError):  # the next repetition may be taken
-            self._publisher.publish(self._own_text)
+            self._publisher.publish({"data": self._own_text})
         self._timer = self._repeat_later()
 
     def publish_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
         """Publish what this node lacks, and which of it needs a change of code. Raises `BusError`."""
         own = structs.replace(self.own, troubles=troubles, mismatched=mismatched)
         if own != self.own:
-            self._publisher.publish(text := encode(own))
+            self._publisher.publish({"data": (text := encode(own))})
             self.own, self._own_text = own, text
 
     @property
@@ -237,10 +237,10 @@ class Membership:
         return own.role in UNIQUE or any(resource in other.resources for resource in own.resources)
 
     def _receive(self, received: Received) -> None:
-        if self._texts.get(received.source) == received.data:
+        if self._texts.get(received.source) == received.message.data:
             return  # a repetition: most are
         try:
-            message = decode(received.data)
+            message = decode(received.message.data)
         except JsonError as error:
             is_new = self._unreadable.setdefault(received.source, str(error)) == str(error)
         else:
@@ -262,7 +262,7 @@ class Membership:
             if new.repetitions < REPETITIONS:
                 return False
         self._new.pop(source, None)
-        self._others[source], self._texts[source] = status, received.data
+        self._others[source], self._texts[source] = status, received.message.data
         return status != known
 
     def _lose(self, source: int) -> None:

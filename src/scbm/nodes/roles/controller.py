@@ -254,7 +254,7 @@ class ControllerNode:
 
     def _receive(self, received: Received) -> None:
         try:
-            message = decode(received.data)
+            message = decode(received.message.data)
         except JsonError as error:
             self._warn(f"a message of a tester was dropped: {error}")
             return
@@ -353,7 +353,7 @@ class ControllerNode:
 
     def _say(self, message: Prepared | Forgot | Refused | Busy | Stepped | Ended) -> None:
         with self._warning(f"a `{message.kind}` for the tester is lost"):
-            self._to_tester.publish(encode(message))
+            self._to_tester.publish({"data": encode(message)})
 
     @contextmanager
     def _warning(self, what: str) -> Iterator[None]:

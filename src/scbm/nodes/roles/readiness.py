@@ -9,6 +9,7 @@ from msgspec import Struct
 
 from scbm.cases import Network
 from scbm.model.sources import published_by
+from scbm.nodes.bindings.ros_binding import binding_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -77,7 +78,7 @@ def _sent_unasked(model: BehaviorModel, real: Sequence[str]) -> Iterator[tuple[s
     """Yield the variables whose values real drivers send without a request, each with its resource."""
     for resource in model.resources:
         if resource.name in real:
-            bound = () if resource.binding is None else resource.binding.measured
+            bound = binding_of(resource).measured
             names = (*published_by(resource, model), *(measured.reading.variable for measured in bound))
             yield from ((name, resource.name) for name in names)
 

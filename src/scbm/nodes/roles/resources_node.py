@@ -84,7 +84,7 @@ class ResourcesNode:
 
     def say(self, message: Answering | Prepared | Forgot | Refused | Busy) -> None:
         """Send a message to the tester."""
-        self._to_tester.publish(encode(message))
+        self._to_tester.publish({"data": encode(message)})
 
     def react(self, resource: Resource) -> Reaction:
         """Decide the reaction to a request without a tester."""
@@ -107,7 +107,7 @@ class ResourcesNode:
 
     def _hear(self, received: Received) -> None:
         try:
-            message = decode(received.data)
+            message = decode(received.message.data)
         except JsonError as error:
             self._warn(f"a message of a tester was dropped: {error}")
             return
@@ -243,7 +243,7 @@ class _RequestQueue:
 
     def _hear_controller(self, received: Received) -> None:
         try:
-            request, is_cancel = _read_request(received.data)
+            request, is_cancel = _read_request(received.message.data)
         except JsonError as error:
             self._node.warn(f"a message on `{self._topic}` was dropped: {error}")
             return
@@ -371,7 +371,7 @@ class _RequestQueue:
     def _answer(self, request: Correlation, text: str) -> None:
         """Reply once the controller is matched: a node that joins during a run may get a request before that."""
         if self._replies.peers or not is_of_tester(request.run):
-            self._replies.publish(text)
+            self._replies.publish({"data": text})
         elif len(self._unheard) < _MAX_WAITING:
             self._unheard.append(text)
         else:
@@ -381,7 +381,7 @@ class _RequestQueue:
         if self._replies.peers:
             unheard, self._unheard = self._unheard, []
             for text in unheard:
-                self._replies.publish(text)
+                self._replies.publish({"data": text})
 
     def _after(self, delay_ns: int, work: Callable[[], None]) -> None:
         """Run some work after a time of the run, unless the run is over by then."""

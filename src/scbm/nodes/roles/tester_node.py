@@ -276,7 +276,7 @@ class TesterNode:
     def say(self, message: Prepare | Go | NoteMessage | Abandon | React | Fate | Become | RestartResource) -> None:
         """Publish a message to all nodes; the run is lost if the bus does not take it."""
         try:
-            self._to_all.publish(encode(message))
+            self._to_all.publish({"data": encode(message)})
         except BusError as error:
             self.warn(f"a `{message.kind}` is lost: {error.message}")
             if self._run is not None:
@@ -298,7 +298,7 @@ class TesterNode:
 
     def _hear(self, received: Received) -> None:
         try:
-            message = decode(received.data)
+            message = decode(received.message.data)
         except JsonError as error:
             self.warn(f"a message was dropped: {error}")
             return

@@ -41,6 +41,20 @@ class BadValueError(ValueError):
     """A value that a field cannot have, with the field."""
 
 
+class LateMessage:
+    """A message that is decoded when one of its fields is looked at first, which may raise `BadPayloadError`."""
+
+    def __init__(self, decode: Callable[[], Message]) -> None:
+        """Take what decodes it; the names of fields do not begin with `_`."""
+        self._decode = decode
+
+    def __getattr__(self, name: str) -> FieldData:
+        if "_decode" not in vars(self):
+            raise AttributeError(name)
+        vars(self).update(vars(vars(self).pop("_decode")()))
+        return getattr(self, name)
+
+
 class _Buffer:
     """A payload that is read from its beginning to its end."""
 
@@ -112,6 +126,12 @@ class MessageCodec:
     def complete(self, values: Mapping[str, object]) -> Message:
         """Return a message with these values as its receiver gets it. Raises `BadValueError`."""
         return self.decode(self.encode(values))
+
+
+def header_of(payload: bytes, codes: str) -> tuple[int, ...]:
+    """Return the numbers, by their codes in `struct`, at the beginning of a payload. Raises `BadPayloadError`."""
+    buffer = _Buffer(payload, 0)
+    return struct.unpack(buffer.order + codes, buffer.take(struct.calcsize(f"={codes}")))
 
 
 @cache

@@ -29,10 +29,11 @@ class NamedElement(NamedTuple):
 
 
 class FieldStep(NamedTuple):
-    """A field, and the element of its list that is meant, if one is."""
+    """A field, the element of its list that is meant, if one is, and the length of its list if that is an array."""
 
     field: str
     element: int | NamedElement | None = None
+    length: int = 0
 
 
 class MissingElement(Exception):  # noqa: N818 - a message that lacks it is no error of the program
@@ -57,7 +58,7 @@ class FieldPath(Struct, frozen=True):
     def get(self, message: Message) -> FieldData:
         """Return the value of the field; a message of any bus has its fields as attributes. Raises `MissingElement`."""
         value = message
-        for field, element in self.steps:
+        for field, element, _ in self.steps:
             holder, value = value, getattr(value, field)
             if element is not None:
                 value = _element(holder, field, value, element)
@@ -65,26 +66,24 @@ class FieldPath(Struct, frozen=True):
 
     def put(self, values: dict[str, Any], value: object) -> None:
         """Set the field in a message that is being made: mappings, and lists with `None` for zero."""
-        for field, element in self.steps[:-1]:
-            values = values.setdefault(field, {} if element is None else [])
-            if element is not None:
-                values = _put_element(values, element, {})
-        field, element = self.steps[-1]
-        if element is None:
-            values[field] = value
-        else:
-            _put_element(values.setdefault(field, []), element, value)
+        for step in self.steps[:-1]:
+            values = _entry(values, step, {})
+        _entry(values, self.steps[-1], value)
 
     def __str__(self) -> str:
         return self.text
 
 
-def _put_element(elements: FieldData, index: FieldData, value: object) -> FieldData:
-    """Set an element, unless it is there; return it."""
-    elements += [None] * (index + 1 - len(elements))
-    if elements[index] is None:
-        elements[index] = value
-    return elements[index]
+def _entry(values: dict[str, FieldData], step: FieldStep, value: FieldData) -> FieldData:
+    """Set a field or an element, unless it is there; return it."""
+    if step.element is None:
+        return values.setdefault(step.field, value)
+    assert isinstance(step.element, int)  # noqa: S101 - lists of requests have no names
+    elements = values.setdefault(step.field, [None] * step.length)
+    elements += [None] * (step.element + 1 - len(elements))
+    if elements[step.element] is None:
+        elements[step.element] = value
+    return elements[step.element]
 
 
 def _element(holder: Message, field: str, elements: FieldData, element: int | NamedElement) -> FieldData:
@@ -116,7 +115,6 @@ class PathFault(NamedTuple):
     end: int
     message: str
     remedy: str | None = None
-    is_unknown: bool = False
 
 
 def read_path(definition: MessageDefinition, text: str, words: str) -> FieldPath | PathFault:
@@ -143,7 +141,7 @@ def read_path(definition: MessageDefinition, text: str, words: str) -> FieldPath
         if name not in fields:
             whose = words if owner is definition else f"`{owner.name}`"
             remedy = suggestion(name, fields, "its fields are") or "it has no fields"
-            return PathFault(begin, begin + len(name), f"{whose} has no field `{name}`", remedy, is_unknown=True)
+            return PathFault(begin, begin + len(name), f"{whose} has no field `{name}`", remedy)
         shape = fields[name]
         if match.end(1) < len(part):
             step = _list_step(owner, name, shape, match)
@@ -174,4 +172,4 @@ def _list_step(owner: MessageDefinition, name: str, shape: FieldShape, match: re
         return (
             f"`{name}` has no element {match[2][:30]}: {'its last one is' if shape.size else 'at most, it is'} {most}"
         )
-    return FieldStep(name, index)
+    return FieldStep(name, index, shape.size if shape.is_array else 0)

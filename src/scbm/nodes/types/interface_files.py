@@ -45,7 +45,7 @@ class InterfaceFolder(Struct, frozen=True):
     """A file of interfaces, a package, or a folder of packages.
 
     Attributes:
-        path: the absolute path.
+        path: the path, as programs of this folder have it.
         shown: the path as it is written.
     """
 
@@ -55,7 +55,7 @@ class InterfaceFolder(Struct, frozen=True):
     @staticmethod
     def of(written: str, beside: Path) -> InterfaceFolder:
         """Return what a path stands for that is written in a file of this folder."""
-        return InterfaceFolder(Path(os.path.abspath(beside / written)), written)  # noqa: PTH100 - keeps links
+        return InterfaceFolder(Path(os.path.normpath(beside / written)), written)
 
     def fault(self) -> str | None:
         """Return why no type can be found here; `None` if one can."""
@@ -70,7 +70,7 @@ class InterfaceFolder(Struct, frozen=True):
         package, kind, short = type_name.split("/")
         inside = Path(kind) / f"{short}.{kind}"
         candidates = [self.path / package / inside]
-        if self.path.name == package:
+        if self.path.absolute().name == package:
             candidates.append(self.path / inside)
         if self.path.is_file():
             candidates = [self.path] if type_name in self._types_of_files([self.path]) else []
@@ -84,7 +84,7 @@ class InterfaceFolder(Struct, frozen=True):
             yield from self._types_of_files(self.path.glob(f"*/{kind}/*.{kind}"))
 
     def _types_of_files(self, files: Iterable[Path]) -> list[str]:
-        named = [(path.parent.parent.name, path.suffix[1:], path) for path in files]
+        named = [(path.absolute().parent.parent.name, path.suffix[1:], path) for path in files]
         return sorted(
             f"{package}/{kind}/{path.stem}" for package, kind, path in named if path.parent.name == kind in PARTS
         )

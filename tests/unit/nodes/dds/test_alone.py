@@ -13,22 +13,23 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 
-from scbm.nodes.buses.bus import (
-    SET_BOOL,
-    TRIGGER,
-    FieldType,
-    MessageType,
-    Scalar,
-    Service,
-    ServiceType,
-    Topic,
-    Unmatched,
-)
+from scbm.nodes.buses.bus import Service, Topic, Unmatched
 from scbm.nodes.buses.dds.dds_bus import DdsBus
-from scbm.nodes.buses.dds.message_types import message_class, service_classes
+from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.raw_samples import delete
+from scbm.nodes.types.definitions import (
+    BOOL,
+    FLOAT64,
+    SET_BOOL,
+    STRING,
+    TRIGGER,
+    MessageDefinition,
+    Scalar,
+    ServiceDefinition,
+)
 from support import loops
 from support.kept import Kept
+from support.ros_types import service_type
 from support.wording import Wording
 
 TALK, LATCHED, MARK = Topic("/cell/talk"), Topic("/cell/talk", is_latched=True), Topic("/cell/mark")
@@ -80,15 +81,15 @@ def why_unmatched(domain: int, use: Use, what: Topic | Service, theirs: Theirs) 
     return loops.run(scenario())
 
 
-def _topic(peer: DomainParticipant, name: str, type_: MessageType = MessageType.STRING) -> DdsTopic[Any]:
+def _topic(peer: DomainParticipant, name: str, type_: MessageDefinition = STRING) -> DdsTopic[Any]:
     return DdsTopic(peer, name, message_class(type_))
 
 
-def writer(*policies: object, name: str = "rt/cell/talk", type_: MessageType = MessageType.STRING) -> Theirs:
+def writer(*policies: object, name: str = "rt/cell/talk", type_: MessageDefinition = STRING) -> Theirs:
     return lambda peer: DataWriter(peer, _topic(peer, name, type_), Qos(*(policies or (RELIABLE,))))
 
 
-def reader(*policies: object, name: str = "rt/cell/talk", type_: MessageType = MessageType.STRING) -> Theirs:
+def reader(*policies: object, name: str = "rt/cell/talk", type_: MessageDefinition = STRING) -> Theirs:
     return lambda peer: DataReader(peer, _topic(peer, name, type_), Qos(*(policies or (RELIABLE,))))
 
 
@@ -97,12 +98,12 @@ def reader(*policies: object, name: str = "rt/cell/talk", type_: MessageType = M
     [
         (
             publish,
-            reader(type_=MessageType.BOOL),
+            reader(type_=BOOL),
             True,
         ),
         (
             hear,
-            writer(type_=MessageType.FLOAT64),
+            writer(type_=FLOAT64),
             True,
         ),
         (
@@ -146,7 +147,7 @@ def reader(*policies: object, name: str = "rt/cell/talk", type_: MessageType = M
             False,
         ),
         (hear_best_effort, writer(Policy.Reliability.BestEffort), None),
-        (publish, writer(type_=MessageType.BOOL), None),
+        (publish, writer(type_=BOOL), None),
         (publish, reader(name="rt/quite/different"), None),
         (publish, reader(), None),
     ],
@@ -213,20 +214,20 @@ def test_similar_names_of_services_are_proposed(domain: int, wording: Wording) -
 # services that are there and do not go with ours
 
 
-GO = ServiceType("cell_msgs/srv/Go", (("speed", FieldType.FLOAT64),), (("ok", FieldType.BOOL),))
-OTHER_REQUEST = ServiceType(GO.name, (("speed", FieldType.INT32), ("label", FieldType.STRING)), GO.response)
-OTHER_RESPONSE = ServiceType(GO.name, GO.request, (("ok", FieldType.BOOL), ("message", FieldType.STRING)))
+GO = service_type("cell_msgs/srv/Go", {"speed": "float64"}, {"ok": "bool"})
+OTHER_REQUEST = service_type(GO.name, {"speed": "int32", "label": "string"}, {"ok": "bool"})
+OTHER_RESPONSE = service_type(GO.name, {"speed": "float64"}, {"ok": "bool", "message": "string"})
 CALL: Use = lambda bus: bus.client(Service("/go", GO), _ignore)  # noqa: E731 - a row says it at a glance
 SERVE: Use = lambda bus: bus.serve(Service("/go", GO), _nothing)  # noqa: E731 - the same
 
 
 def half(
-    take: object = RELIABLE, say: object = RELIABLE, type_: ServiceType = GO, *, serves: bool = True
+    take: object = RELIABLE, say: object = RELIABLE, type_: ServiceDefinition = GO, *, serves: bool = True
 ) -> Callable[[DomainParticipant], list[Entity]]:
     """The endpoints of a server, or of a client."""
 
     def made(peer: DomainParticipant) -> list[Entity]:
-        request, response = service_classes(type_)
+        request, response = (message_class(part, is_call=True) for part in (type_.request, type_.response))
         requests, responses = DdsTopic(peer, "rq/goRequest", request), DdsTopic(peer, "rr/goReply", response)
         taken, published = (requests, responses) if serves else (responses, requests)
         return [DataReader(peer, taken, Qos(take)), DataWriter(peer, published, Qos(say))]

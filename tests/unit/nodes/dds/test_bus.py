@@ -33,7 +33,7 @@ async def main(domain):
     publisher = bus.publisher(Topic("/cell/talk"), lambda count: met.set())
     await met.wait()
     for number in range({SENT}):
-        publisher.publish(str(number))
+        publisher.publish({{"data": str(number)}})
     print("sent", flush=True)
     await asyncio.to_thread(sys.stdin.readline)
     await bus.close()
@@ -89,7 +89,9 @@ def test_a_process_is_heard_to_its_end_and_its_end_is_noticed(long_lease: int, w
         return events.all
 
     *messages, last = loops.run(scenario())
-    assert [came.data for came in messages if isinstance(came, Received)] == [str(number) for number in range(SENT)]
+    assert [came.message.data for came in messages if isinstance(came, Received)] == [
+        str(number) for number in range(SENT)
+    ]
     assert [last] == sorted({came.source for came in messages if isinstance(came, Received)})
 
 
@@ -113,7 +115,7 @@ def test_a_loop_that_is_busy_loses_nothing(long_lease: int, warn: Complain) -> N
         assert lines == ["sent\n"]
         return received.all
 
-    assert [came.data for came in loops.run(scenario())] == [str(number) for number in range(SENT)]
+    assert [came.message.data for came in loops.run(scenario())] == [str(number) for number in range(SENT)]
 
 
 def test_it_says_where_it_is(domain: int, warn: Complain) -> None:

@@ -13,10 +13,11 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from scbm.nodes.buses.bus import BusError, MessageType
-from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, message_class
+from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.participant import NodeAnnouncement
 from scbm.nodes.buses.dds.raw_samples import delete
+from scbm.nodes.types.definitions import PARTICIPANT_ENTITIES, STRING
 from support.wording import Wording
 
 GUARD_NS = 600_000_000_000
@@ -45,7 +46,7 @@ def theirs(domain: int) -> Iterator[DomainParticipant]:
 
 
 def reader(participant: DomainParticipant, qos: Qos) -> Any:  # noqa: ANN401 - its samples have fields that mypy cannot know
-    return DataReader(participant, Topic(participant, "ros_discovery_info", PARTICIPANT_ENTITIES), qos)
+    return DataReader(participant, Topic(participant, "ros_discovery_info", message_class(PARTICIPANT_ENTITIES)), qos)
 
 
 def gids(found: Any) -> list[bytes]:  # noqa: ANN401 - as above
@@ -55,7 +56,7 @@ def gids(found: Any) -> list[bytes]:  # noqa: ANN401 - as above
 def test_one_who_comes_later_learns_the_node_and_its_endpoints(
     ours: DomainParticipant, theirs: DomainParticipant
 ) -> None:
-    topic = Topic(ours, "rt/scanner/request", message_class(MessageType.STRING))
+    topic = Topic(ours, "rt/scanner/request", message_class(STRING))
     writer, other, heard = DataWriter(ours, topic), DataWriter(ours, topic), DataReader(ours, topic)
     announcement = NodeAnnouncement(ours, "tester", "/cell/line_1")
     announcement.add_writer(writer)
@@ -92,7 +93,7 @@ def test_each_change_is_reported_and_the_end_too(ours: DomainParticipant, theirs
     assert (node.node_namespace, node.node_name) == ("/", "resources")
     assert node.writer_gid_seq == node.reader_gid_seq == []
 
-    writer = DataWriter(ours, Topic(ours, "rt/scanner/request", message_class(MessageType.STRING)))
+    writer = DataWriter(ours, Topic(ours, "rt/scanner/request", message_class(STRING)))
     announcement.add_writer(writer)
     (node,) = next(samples).node_entities_info_seq
     assert gids(node.writer_gid_seq) == [writer.guid.bytes]

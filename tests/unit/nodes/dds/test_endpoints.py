@@ -13,11 +13,12 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 
-from scbm.nodes.buses.bus import BusError, MessageType, Received, Topic
+from scbm.nodes.buses.bus import BusError, Received, Topic
 from scbm.nodes.buses.dds.dds_bus import DdsBus
-from scbm.nodes.buses.dds.message_types import message_class
-from scbm.nodes.buses.dds.payloads import encode
+from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.raw_samples import RawWriter, delete, listener
+from scbm.nodes.types.cdr import codec_of
+from scbm.nodes.types.definitions import BOOL, INT64, STRING, MessageDefinition
 from support import loops
 from support.kept import Kept
 from support.wording import Wording
@@ -38,7 +39,7 @@ def _ignore(_: object) -> None:
 class Peer:
     """A participant of its own, with the topic of a bus as ROS 2 has it."""
 
-    def __init__(self, domain: int, name: str = "rt/cell/talk", type_: MessageType = MessageType.STRING) -> None:
+    def __init__(self, domain: int, name: str = "rt/cell/talk", type_: MessageDefinition = STRING) -> None:
         self.participant = DomainParticipant(domain)
         self.topic: DdsTopic[Any] = DdsTopic(self.participant, name, message_class(type_))
 
@@ -89,33 +90,33 @@ def test_who_asks_for_best_effort_hears_publishers_of_both_kinds(domain: int, wa
 
         writer = RawWriter(peer.participant, peer.topic, qos, listener(on_publication_matched=report))
         await matched.ends_with(1)
-        writer.write_payload(encode(MessageType.STRING, "near"))
+        writer.write_payload(codec_of(STRING).encode({"data": "near"}))
         await received.first(1)
         await bus.close()
         peer.close()
         return received.all
 
-    assert [came.data for came in loops.run(scenario())] == ["near"]
+    assert [came.message.data for came in loops.run(scenario())] == ["near"]
 
 
 def test_messages_of_others_that_are_none_are_reported_and_dropped(domain: int, wording: Wording) -> None:
-    async def scenario() -> tuple[list[str], list[Received]]:
-        complaints, matched, received = Kept[str](), Kept[int](), Kept[Received]()
+    async def scenario() -> tuple[list[str], list[str]]:
+        complaints, matched, received = Kept[str](), Kept[int](), Kept[str]()
         bus = DdsBus.open("ours", domain, complaints)
-        bus.subscribe(TALK, received, matched)
+        bus.subscribe(TALK, lambda came: received(came.message.data), matched)
         peer = Peer(domain)
         writer = peer.writer()
         await matched.ends_with(1)
-        writer.write_payload(encode(MessageType.STRING, "before"))
+        writer.write_payload(codec_of(STRING).encode({"data": "before"}))
         writer.write_payload(b"\x00\x01\x00\x00\x02\x00\x00\x00\xff\x00\x00\x00")
-        writer.write_payload(encode(MessageType.STRING, "after"))
+        writer.write_payload(codec_of(STRING).encode({"data": "after"}))
         await received.first(2)
         await bus.close()
         peer.close()
         return complaints.all, received.all
 
     complaints, received = loops.run(scenario())
-    assert [came.data for came in received] == ["before", "after"]
+    assert received == ["before", "after"]
     (complaint,) = complaints
     wording(complaint)
 
@@ -124,12 +125,12 @@ def test_a_plain_reader_reads_what_is_published(domain: int, warn: Complain) -> 
     async def scenario() -> list[Any]:
         matched = Kept[int]()
         bus = DdsBus.open("ours", domain, warn)
-        number = Topic("/cell/talk", MessageType.INT64)
+        number = Topic("/cell/talk", INT64)
         publisher = bus.publisher(number, matched)
-        peer = Peer(domain, type_=MessageType.INT64)
+        peer = Peer(domain, type_=INT64)
         reader = peer.reader()
         await matched.ends_with(1)
-        publisher.publish(-7)
+        publisher.publish({"data": -7})
         (sample,) = await asyncio.to_thread(lambda: [reader.take_one(timeout=duration(seconds=600))])
         await bus.close()
         peer.close()
@@ -141,9 +142,9 @@ def test_a_plain_reader_reads_what_is_published(domain: int, warn: Complain) -> 
 def test_what_the_type_cannot_carry_is_not_sent(domain: int, warn: Complain) -> None:
     async def scenario() -> None:
         bus = DdsBus.open("ours", domain, warn)
-        publisher = bus.publisher(Topic("/cell/on", MessageType.BOOL))
+        publisher = bus.publisher(Topic("/cell/on", BOOL))
         with pytest.raises(BusError, match="std_msgs/msg/Bool"):
-            publisher.publish("yes")
+            publisher.publish({"data": "yes"})
         await bus.close()
 
     loops.run(scenario())
@@ -155,7 +156,7 @@ def test_a_closed_bus_sends_nothing(domain: int, warn: Complain) -> None:
         publisher = bus.publisher(TALK)
         await bus.close()
         with pytest.raises(BusError, match="`/cell/talk`"):
-            publisher.publish("hello")
+            publisher.publish({"data": "hello"})
 
     loops.run(scenario())
 
@@ -171,7 +172,7 @@ def test_a_subscription_that_takes_nothing_is_reported(
         publisher = bus.publisher(TALK)
         monkeypatch.setattr(RawWriter, "write_payload", full)
         with wording.raises(BusError):
-            publisher.publish("hello")
+            publisher.publish({"data": "hello"})
         monkeypatch.undo()
         await bus.close()
 

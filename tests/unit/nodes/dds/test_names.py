@@ -31,31 +31,12 @@ def test_a_name_that_ros_2_does_not_have_is_refused(name: str, wording: Wording)
     wording(first)
 
 
-def test_types_have_the_names_that_ros_2_gives_them() -> None:
-    assert dds_names.message_type("std_msgs/msg/Bool") == "std_msgs::msg::dds_::Bool_"
-    assert dds_names.request_type("std_srvs/srv/Trigger") == "std_srvs::srv::dds_::Trigger_Request_"
-    assert dds_names.response_type("std_srvs/srv/Trigger") == "std_srvs::srv::dds_::Trigger_Response_"
-
-
-@pytest.mark.parametrize(
-    "name", ["", "Bool", "std_msgs/Bool", "std_msgs/srv/Bool", "Std/msg/Bool", "std_msgs/msg/bool"]
-)
-def test_a_type_that_ros_2_does_not_have_is_refused(name: str, wording: Wording) -> None:
-    with wording.raises(ValueError):
-        dds_names.message_type(name)
-
-
-@pytest.mark.parametrize("make", [dds_names.request_type, dds_names.response_type])
-def test_a_type_of_messages_is_none_of_services(make: object, wording: Wording) -> None:
-    assert callable(make)
-    with wording.raises(ValueError):
-        make("std_msgs/msg/Bool")
-
-
 def test_types_come_back_as_ros_2_writes_them() -> None:
     assert dds_names.ros_type("std_msgs::msg::dds_::Bool_") == "std_msgs/msg/Bool"
     assert dds_names.ros_type("std_srvs::srv::dds_::Trigger_Request_") == "std_srvs/srv/Trigger"
     assert dds_names.ros_type("std_srvs::srv::dds_::Trigger_Response_") == "std_srvs/srv/Trigger"
+    send_goal = "test_msgs::action::dds_::Fibonacci_SendGoal_Request_"
+    assert dds_names.ros_type(send_goal) == "test_msgs/action/Fibonacci_SendGoal"
 
 
 @pytest.mark.parametrize(

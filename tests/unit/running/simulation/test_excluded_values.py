@@ -124,7 +124,7 @@ def over_nodes(sent: list[tuple[float, str]], more: str = "", rounds: int = 1) -
         await node.wait_for_cell(GUARD_S)
         driver = stage.join("driver").publisher(CellTopics.of(MODEL).reply("sensor"))
         for at_s, measured in sent:
-            loop.call_at(loop.time() + at_s, driver.publish, json.dumps({"measured": json.loads(measured)}))
+            loop.call_at(loop.time() + at_s, driver.publish, {"data": json.dumps({"measured": json.loads(measured)})})
         executions = [await run_or_lose(node, tester, case) for _ in range(rounds)]
         return executions, stage.complaints
 
@@ -183,9 +183,9 @@ def test_a_value_of_a_reply_that_is_never_sent_is_treated_alike() -> None:
         def answer(request: str) -> None:
             asked.append(request)
             reply = {"id": json.loads(request)["id"], "succeeded": True, "measured": {"weight": 7}}
-            loop.call_later(1.0, replies.publish, json.dumps(reply))
+            loop.call_later(1.0, replies.publish, {"data": json.dumps(reply)})
 
-        bus.subscribe(CellTopics.of(MODEL).request("robot"), lambda received: answer(str(received.data)))
+        bus.subscribe(CellTopics.of(MODEL).request("robot"), lambda received: answer(str(received.message.data)))
         return await run_or_lose(node, tester, case), stage.complaints
 
     execution, complaints = run_virtually(scene)

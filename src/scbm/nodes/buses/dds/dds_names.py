@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 
 _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
-_TYPE = re.compile(r"[a-z][a-z0-9_]*/(msg|srv)/[A-Z][A-Za-z0-9]*")
-_DDS_TYPE = re.compile(r"([a-z][a-z0-9_]*)::(msg|srv)::dds_::([A-Z][A-Za-z0-9]*)(_Request|_Response)?_")
+_DDS_TYPE = re.compile(r"([a-z][a-z0-9_]*)::(msg|srv|action)::dds_::(\w+?)(_Request|_Response)?_")
 
 
 def topic_name(name: str) -> str:
@@ -28,32 +27,6 @@ def _checked(name: str) -> str:
     if not _NAME.fullmatch(name):
         raise ValueError(f"`{name}` is not an absolute ROS 2 name such as `/scanner/request`")
     return name
-
-
-def message_type(name: str) -> str:
-    """`std_msgs/msg/Bool` is `std_msgs::msg::dds_::Bool_`. Raises `ValueError` if that is no type of messages."""
-    return f"{_dds_type(name, 'msg')}_"
-
-
-def request_type(name: str) -> str:
-    """`std_srvs/srv/Trigger` takes `std_srvs::srv::dds_::Trigger_Request_`. Raises as `message_type` does."""
-    return f"{_dds_type(name, 'srv')}_Request_"
-
-
-def response_type(name: str) -> str:
-    """`std_srvs/srv/Trigger` gives `std_srvs::srv::dds_::Trigger_Response_`. Raises as `message_type` does."""
-    return f"{_dds_type(name, 'srv')}_Response_"
-
-
-def _dds_type(name: str, kind: str) -> str:
-    match = _TYPE.fullmatch(name)
-    if match is None or match[1] != kind:
-        raise ValueError(f"`{name}` is not a ROS 2 type such as `{_EXAMPLES[kind]}`")
-    package, _, name = name.split("/")
-    return f"{package}::{kind}::dds_::{name}"
-
-
-_EXAMPLES = {"msg": "std_msgs/msg/String", "srv": "std_srvs/srv/Trigger"}
 
 
 def ros_type(dds_type: str) -> str:

@@ -7,6 +7,7 @@ receive all responses, and drop those to other clients.
 from __future__ import annotations
 
 import asyncio
+import struct
 from collections import Counter
 from typing import TYPE_CHECKING, TypeAlias
 from uuid import uuid4
@@ -14,23 +15,29 @@ from uuid import uuid4
 from msgspec import Struct
 
 from scbm.nodes.buses.bus import Answered, BusError
-from scbm.nodes.buses.dds import dds_names, message_types
+from scbm.nodes.buses.dds import dds_names
 from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
 from scbm.nodes.buses.dds.participant import participant_names
 from scbm.nodes.buses.dds.vendors import is_callable, why_doubtful
+from scbm.nodes.types.cdr import BadPayloadError, BadValueError, codec_of, header_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from uuid import UUID
 
     from cyclonedds.domain import DomainParticipant
-    from cyclonedds.idl import IdlStruct
 
-    from scbm.nodes.buses.bus import Scalar, Service
+    from scbm.nodes.buses.bus import Service
     from scbm.nodes.buses.dds.endpoint_pairs import Match, Taken
+    from scbm.nodes.types.cdr import Message
 
     HandOver: TypeAlias = Callable[[Callable[[], None]], None]
     Complain: TypeAlias = Callable[[str], None]
+
+_CALL = "Qq"
+"""The header of a request and its response: the client, and the number of its call."""
+
+_CALL_BYTES = struct.calcsize(f"={_CALL}")
 
 READER_WAIT_S = 0.1
 """How long a response waits until the server sees the reader of its client, as in rmw_cyclonedds."""
@@ -62,7 +69,7 @@ class ServiceClient:
             matched: gets the number of servers whenever that changes, on the event loop.
             warn: gets a sentence about what came and cannot be right.
 
-        Raises `BusError` if DDS cannot have such endpoints, `ValueError` if names or fields are none of ROS 2.
+        Raises `BusError` if DDS cannot have such endpoints, `ValueError` if its name is none of ROS 2.
         """
         self._participant = participant
         self._service = service
@@ -76,12 +83,12 @@ class ServiceClient:
         self._peers = 0
         self._has_met_unknown = False
         self._is_closed = False
-        request, response = message_types.service_classes(service.type)
+        self._requests, self._responses = codec_of(service.type.request), codec_of(service.type.response)
         self.pair = EndpointPair(
             participant,
             f"clientid={_id_text(identity)};",
-            written=(dds_names.request_name(service.name), request),
-            read=(dds_names.reply_name(service.name), response),
+            written=(dds_names.request_name(service.name), service.type.request),
+            read=(dds_names.reply_name(service.name), service.type.response),
             came=lambda taken: hand_over(lambda: self._hear(taken)),
             changed=lambda: hand_over(self._count),
         )
@@ -113,13 +120,13 @@ class ServiceClient:
         reasons = (why_doubtful(self._service.name, match.guid) for match in self._servers())
         return next((why for why in reasons if why is not None), None)
 
-    def call(self, fields: Mapping[str, Scalar]) -> int:
-        """Send a request, and return its number.
-
-        Raises `ValueError` if the values are not those of the fields, `BusError` if DDS cannot take it.
-        """
+    def call(self, values: Mapping[str, object]) -> int:
+        """Send a request, and return its number. Raises `BusError` for wrong values, or if DDS cannot take it."""
         number = self._last + 1
-        request = message_types.request(self._service.type, self._guid, number, fields)
+        try:
+            request = self._requests.encode(values, struct.pack(f"<{_CALL}", self._guid, number))
+        except BadValueError as error:
+            raise BusError(str(error)) from error
         self.pair.write(request)
         self._last = number
         self._waiting.add(number)
@@ -141,17 +148,21 @@ class ServiceClient:
                 self._matched(peers)
 
     def _hear(self, taken: Taken) -> None:
-        for response, _ in taken.samples:
-            guid, number = message_types.call_of(response)
-            if guid == self._guid and not self._is_closed:
-                self._hear_own(number, response, taken.stamp_ns)
-        for fault in () if self._is_closed else taken.faults:
-            self._warn(f"a response of {self._service.name} cannot be read: {fault}")
+        for payload, _ in taken.samples:
+            try:
+                guid, number = header_of(payload, _CALL)
+                if guid == self._guid and not self._is_closed:
+                    self._hear_own(number, payload, taken.stamp_ns)
+            except BadPayloadError as error:
+                self._warn(f"a response of {self._service.name} cannot be read: {error}")
+        if taken.fault is not None and not self._is_closed:
+            self._warn(f"a response of {self._service.name} cannot be read: {taken.fault}")
 
-    def _hear_own(self, number: int, response: IdlStruct, stamp_ns: int) -> None:
+    def _hear_own(self, number: int, payload: bytes, stamp_ns: int) -> None:
         if number in self._waiting:
+            response = self._responses.decode(payload, _CALL_BYTES)
             self._waiting.remove(number)
-            self._receive(Answered(number, message_types.fields_of(response, self._service.type.response), stamp_ns))
+            self._receive(Answered(number, response, stamp_ns))
         elif 0 < number <= self._last:
             self._warn(f"a second response to call {number} of {self._service.name} is dropped")
         elif not self._has_met_unknown:
@@ -172,7 +183,7 @@ def _id_text(identity: UUID) -> str:
 class _Response(Struct, frozen=True):
     """A response that waits for the reader of its client, with its deadline."""
 
-    sample: IdlStruct
+    payload: bytes
     writer: int
     timer: asyncio.TimerHandle
 
@@ -189,7 +200,7 @@ class ServiceServer:
         participant: DomainParticipant,
         service: Service,
         hand_over: HandOver,
-        answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]],
+        answer: Callable[[Message], Mapping[str, object]],
         warn: Complain,
     ) -> None:
         """Made once for each service that is served.
@@ -198,7 +209,7 @@ class ServiceServer:
             participant: whose endpoints these are.
             service: which.
             hand_over: queues work for the event loop, from any thread.
-            answer: gets the fields of a request, on the event loop, and returns those of the response.
+            answer: gets a request, on the event loop, and returns the fields of the response.
             warn: gets a sentence about what came and cannot be right, and about responses that are lost.
 
         Raises as `ServiceClient` does.
@@ -210,12 +221,12 @@ class ServiceServer:
         self._hearing: list[str | None] = []
         self._responses: list[_Response] = []
         self._is_closed = False
-        request, response = message_types.service_classes(service.type)
+        self._request_codec, self._response_codec = codec_of(service.type.request), codec_of(service.type.response)
         self.pair = EndpointPair(
             participant,
             f"serviceid={_id_text(uuid4())};",
-            written=(dds_names.reply_name(service.name), response),
-            read=(dds_names.request_name(service.name), request),
+            written=(dds_names.reply_name(service.name), service.type.response),
+            read=(dds_names.request_name(service.name), service.type.request),
             came=lambda taken: hand_over(lambda: self._hear(taken)),
             changed=lambda: hand_over(self._look),
         )
@@ -228,17 +239,22 @@ class ServiceServer:
         self.pair.close()
 
     def _hear(self, taken: Taken) -> None:
-        for request, writer in taken.samples:
+        for payload, writer in taken.samples:
             if not self._is_closed:
-                self._serve(request, writer)
-        for fault in () if self._is_closed else taken.faults:
-            self._warn(f"a request to {self._service.name} cannot be read: {fault}")
+                self._serve(payload, writer)
+        if taken.fault is not None and not self._is_closed:
+            self._warn(f"a request to {self._service.name} cannot be read: {taken.fault}")
 
-    def _serve(self, request: IdlStruct, writer: int) -> None:
-        fields = self._answer(message_types.fields_of(request, self._service.type.request))
+    def _serve(self, payload: bytes, writer: int) -> None:
         try:
-            response = message_types.response(self._service.type, *message_types.call_of(request), fields)
-        except ValueError as error:
+            call = header_of(payload, _CALL)
+            request = self._request_codec.decode(payload, _CALL_BYTES)
+        except BadPayloadError as error:
+            self._warn(f"a request to {self._service.name} cannot be read: {error}")
+            return
+        try:
+            response = self._response_codec.encode(self._answer(request), struct.pack(f"<{_CALL}", *call))
+        except BadValueError as error:
             self._warn(f"a request to {self._service.name} gets no response: {error}")
             return
         if self._is_heard_by(writer):
@@ -254,14 +270,14 @@ class ServiceServer:
         client = self._clients.get(writer)
         return client is None or client in self._hearing
 
-    def _send(self, response: IdlStruct) -> None:
+    def _send(self, response: bytes) -> None:
         try:
             self.pair.write(response)
         except BusError as error:
             self._warn(f"a response of {self._service.name} is lost: {error.message}")
 
-    def _give_up(self, sample: IdlStruct) -> None:
-        self._responses = [response for response in self._responses if response.sample is not sample]
+    def _give_up(self, payload: bytes) -> None:
+        self._responses = [response for response in self._responses if response.payload is not payload]
         self._warn(f"a response of {self._service.name} is lost: its client has no reader for responses")
 
     def _look(self) -> None:
@@ -274,7 +290,7 @@ class ServiceServer:
         for response in responses:
             if self._clients.get(response.writer) in self._hearing:
                 response.timer.cancel()
-                self._send(response.sample)
+                self._send(response.payload)
             elif response.writer in self._clients:
                 self._responses.append(response)
             else:

@@ -14,7 +14,9 @@ from cyclonedds.topic import Topic
 from msgspec import Struct
 
 from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.raw_samples import RawReader, RawWriter, delete
+from scbm.nodes.types.type_hashes import user_data
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,13 +25,11 @@ if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint
     from cyclonedds.domain import DomainParticipant
     from cyclonedds.idl import IdlStruct
-    from cyclonedds.internal import SampleInfo
+
+    from scbm.nodes.types.definitions import MessageDefinition
 
 _BLOCKS_NS = 2_000_000_000
 """Maximum time that writing waits for readers that do not acknowledge: longer than a lost one stays matched."""
-
-_PADDED_TO = 4
-"""Payloads in RTPS are as long as that, or a multiple of it."""
 
 _HANDLES = 2**64
 """Handles are so many; some functions of cyclonedds take them as signed numbers, some do not."""
@@ -39,14 +39,14 @@ class Taken(Struct, frozen=True):
     """Samples taken from a reader.
 
     Attributes:
-        samples: in the order in which they came, each with the handle of its writer.
-        faults: for each that could not be read, why.
+        samples: payloads in the order in which they came, each with the handle of its writer.
+        fault: why nothing can be taken; `None` if it can.
         stamp_ns: when the middleware handed it over, by `time.monotonic_ns`.
     """
 
-    samples: tuple[tuple[IdlStruct, int], ...]
-    faults: tuple[str, ...]
+    samples: tuple[tuple[bytes, int], ...]
     stamp_ns: int
+    fault: str | None = None
 
 
 class Match(Struct, frozen=True):
@@ -69,7 +69,7 @@ class EndpointPair:
     """A writer and a reader: reliable, volatile, and keep-all, because the depth of ROS 2, 10, loses samples silently.
 
     Attributes:
-        qos: of both.
+        qos: of both, but for the hash of what passes there.
         writer: of the one topic.
         reader: of the other.
     """
@@ -77,10 +77,10 @@ class EndpointPair:
     def __init__(  # noqa: PLR0913 - both topics, and callbacks
         self,
         participant: DomainParticipant,
-        user_data: str,
+        identity: str,
         *,
-        written: tuple[str, type[IdlStruct]],
-        read: tuple[str, type[IdlStruct]],
+        written: tuple[str, MessageDefinition],
+        read: tuple[str, MessageDefinition],
         came: Callable[[Taken], None],
         changed: Callable[[], None],
     ) -> None:
@@ -88,9 +88,9 @@ class EndpointPair:
 
         Args:
             participant: whose endpoints these are.
-            user_data: of both.
-            written: the topic of the writer and its class.
-            read: the topic of the reader and its class.
+            identity: in the user data of both, such as `clientid=…;`.
+            written: the topic of the writer, and what passes there behind the header of a call.
+            read: the same of the reader.
             came: gets what the reader had, on a thread of the middleware's.
             changed: is called when there are more or fewer matches, behind what came until then, on such a thread.
 
@@ -98,13 +98,12 @@ class EndpointPair:
         """
         self._came = came
         self._changed = changed
-        self._read_class = read[1]
         self._is_closed = False
         self._order = Lock()
-        self.qos = _qos(user_data)
+        self.qos = _qos(user_data(written[1], identity))
         try:
-            self.writer = RawWriter(participant, Topic(participant, *written), self.qos)
-            self.reader = RawReader(participant, Topic(participant, *read), self.qos)
+            self.writer = RawWriter(participant, _topic(participant, *written), self.qos)
+            self.reader = RawReader(participant, _topic(participant, *read), _qos(user_data(read[1], identity)))
         except DDSException as error:
             raise BusError(f"DDS refuses `{written[0]}` or `{read[0]}`: {error}") from error
         # A listener that is there from the start may be called before Python knows the reader.
@@ -113,11 +112,10 @@ class EndpointPair:
         self.reader.set_listener(_listener(on_data_available=self._has_data, on_subscription_matched=matched))
         matched()
 
-    def write(self, sample: IdlStruct) -> None:
-        """Send a sample; raise `BusError` if the middleware cannot take it."""
-        payload = type(sample).serialize(sample, use_version_2=False)  # a field may be called `serialize`
+    def write(self, payload: bytes) -> None:
+        """Send a payload; raise `BusError` if the middleware cannot take it."""
         try:
-            self.writer.write_payload(payload + bytes(-len(payload) % _PADDED_TO))
+            self.writer.write_payload(payload)
         except DDSException as error:
             raise BusError(f"DDS cannot send on `{self.writer.topic.name}`: {error}") from error
 
@@ -148,33 +146,28 @@ class EndpointPair:
 
     def _take(self) -> None:
         try:
-            taken = [(payload, info) for payload, info in self.reader.take_payloads() if info.valid_data]
+            taken = [(each, info.publication_handle) for each, info in self.reader.take_payloads() if info.valid_data]
         except DDSException as error:
             if not self._is_closed:
-                self._came(Taken((), (str(error),), time.monotonic_ns()))
+                self._came(Taken((), time.monotonic_ns(), str(error)))
             return
         if taken:
-            self._came(self._read(taken, time.monotonic_ns()))
-
-    def _read(self, taken: list[tuple[bytes, SampleInfo]], stamp_ns: int) -> Taken:
-        samples: list[tuple[IdlStruct, int]] = []
-        faults: list[str] = []
-        for payload, info in taken:
-            try:
-                samples.append((self._read_class.deserialize(payload), info.publication_handle % _HANDLES))
-            except UnicodeDecodeError as error:
-                faults.append(f"its text is not UTF-8: {error.reason}")
-        return Taken(tuple(samples), tuple(faults), stamp_ns)
+            samples = tuple((payload, handle % _HANDLES) for payload, handle in taken)
+            self._came(Taken(samples, time.monotonic_ns()))
 
 
-def _qos(user_data: str) -> Qos:
+def _topic(participant: DomainParticipant, name: str, definition: MessageDefinition) -> Topic[IdlStruct]:
+    return Topic(participant, name, message_class(definition, is_call=True))
+
+
+def _qos(data: bytes) -> Qos:
     return Qos(
         Policy.Reliability.Reliable(_BLOCKS_NS),
         Policy.Durability.Volatile,
         Policy.History.KeepAll,
         Policy.WriterDataLifecycle(autodispose=False),
         Policy.DataRepresentation(use_cdrv0_representation=True),
-        Policy.Userdata(user_data.encode()),
+        Policy.Userdata(data),
     )
 
 

@@ -12,14 +12,15 @@ from cyclonedds.util import duration
 from msgspec import Struct
 
 from scbm.nodes.buses.bus import BusError, Received
+from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.dds_names import topic_name
-from scbm.nodes.buses.dds.message_types import message_class
-from scbm.nodes.buses.dds.payloads import BadPayloadError, decode, encode
 from scbm.nodes.buses.dds.raw_samples import RawReader, RawWriter, listener, refused_policy
 from scbm.nodes.buses.dds.unmatched import EndpointRole, WantedEndpoint
+from scbm.nodes.types.cdr import BadPayloadError, BadValueError, LateMessage, codec_of
+from scbm.nodes.types.type_hashes import user_data
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from threading import Lock
 
     from cyclonedds.core import Entity
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from cyclonedds.idl import IdlStruct
     from cyclonedds.internal import dds_c_t
 
-    from scbm.nodes.buses.bus import Scalar, Topic
+    from scbm.nodes.buses.bus import Topic
     from scbm.nodes.buses.dds.thread_bridge import HandOver
 
 _BLOCKS_S = 2
@@ -50,12 +51,13 @@ def _qos(topic: Topic) -> Qos:
         Policy.DataRepresentation(use_cdrv0_representation=True),
         Policy.WriterDataLifecycle(autodispose=False),
         Policy.IgnoreLocal.Participant,
+        Policy.Userdata(user_data(topic.type)),
     )
 
 
 def wanted_by(topic: Topic, role: EndpointRole, policy: int = 0) -> WantedEndpoint:
     """Return the peers that an endpoint of a topic can match."""
-    return WantedEndpoint(topic.name, topic.type.value, role, role.value, topic_name(topic.name), _qos(topic), policy)
+    return WantedEndpoint(topic.name, topic.type.name, role, role.value, topic_name(topic.name), _qos(topic), policy)
 
 
 class EndpointPeers:
@@ -98,6 +100,7 @@ class DdsPublisher:
         self, participant: DomainParticipant, topic: Topic, hand_over: HandOver, matched: Callable[[int], None] | None
     ) -> None:
         self.topic = topic
+        self._codec = codec_of(topic.type)
         self._peers = EndpointPeers(hand_over, matched)
         called = listener(on_publication_matched=self._on_matched)
         self.writer = RawWriter(participant, dds_topic(participant, topic), _qos(topic), called)
@@ -111,9 +114,12 @@ class DdsPublisher:
         """Return the peers that it can match."""
         return wanted_by(self.topic, EndpointRole.SUBSCRIPTION, refused_policy(self.writer))
 
-    def publish(self, data: Scalar) -> None:
+    def publish(self, values: Mapping[str, object]) -> None:
         """Send a message; raise `BusError`: not of the type, subscriptions that do not take it, a closed bus."""
-        payload = encode(self.topic.type, data)
+        try:
+            payload = self._codec.encode(values)
+        except BadValueError as error:
+            raise BusError(str(error)) from error
         try:
             self.writer.write_payload(payload)
         except DDSException as error:
@@ -153,6 +159,7 @@ class DdsSubscription:
             heard: the callbacks.
         """
         self.topic = topic
+        self._codec = codec_of(topic.type)
         self._hand_over = hand_over
         self._order = order
         self._heard = heard
@@ -199,15 +206,18 @@ class DdsSubscription:
         stamp_ns = monotonic_ns()
         for payload, info in taken:
             if info.valid_data:
-                self._hand_over(self._delivery(payload, info.publication_handle, stamp_ns))
+                message = LateMessage(partial(self._codec.decode, payload))
+                self._hand_over(partial(self._receive, Received(message, info.publication_handle, stamp_ns)))
 
-    def _delivery(self, payload: bytes, source: int, stamp_ns: int) -> Callable[[], None]:
+    # on the loop
+
+    def _receive(self, received: Received) -> None:
+        """Hand over a message, which is decoded when it is looked at; most states of an action never are."""
         try:
-            data = decode(self.topic.type, payload)
+            self._heard.receive(received)
         except BadPayloadError as error:
-            what = f"a message on `{self.topic.name}` is no {self.topic.type.value} and was dropped: {error}"
-            return partial(self._heard.warn, what)
-        return partial(self._heard.receive, Received(data, source, stamp_ns))
+            what = f"a message on `{self.topic.name}` is no {self.topic.type} and was dropped: {error}"
+            self._heard.warn(what)
 
 
 def dds_topic(participant: DomainParticipant, topic: Topic) -> DdsTopic[IdlStruct]:
@@ -217,4 +227,4 @@ def dds_topic(participant: DomainParticipant, topic: Topic) -> DdsTopic[IdlStruc
     except ValueError as error:
         raise BusError(str(error)) from error
     except DDSException as error:
-        raise BusError(f"`{topic.name}` cannot be used as {topic.type.value}: {error}") from error
+        raise BusError(f"`{topic.name}` cannot be used as {topic.type}: {error}") from error

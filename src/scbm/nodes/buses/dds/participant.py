@@ -17,9 +17,12 @@ from cyclonedds.topic import Topic
 
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.buses.dds.cyclone_log import captured_log
+from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.interfaces import bound_to_loopback, configuration
-from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, NodeEntities, participant_entities
 from scbm.nodes.buses.dds.raw_samples import RawWriter, delete
+from scbm.nodes.types.cdr import codec_of
+from scbm.nodes.types.definitions import PARTICIPANT_ENTITIES
+from scbm.nodes.types.type_hashes import user_data
 from scbm.testing.transports import ALL_INTERFACES, LOOPBACK
 
 if TYPE_CHECKING:
@@ -42,6 +45,7 @@ _QOS = Qos(
     Policy.Durability.TransientLocal,
     Policy.History.KeepLast(1),
     Policy.DataRepresentation(use_cdrv0_representation=True),
+    Policy.Userdata(user_data(PARTICIPANT_ENTITIES)),
 )
 
 
@@ -63,7 +67,7 @@ class NodeAnnouncement:
         self._writers: tuple[bytes, ...] = ()
         try:
             self._participant = participant.guid.bytes
-            self._writer = RawWriter(participant, Topic(participant, TOPIC, PARTICIPANT_ENTITIES), _QOS)
+            self._writer = RawWriter(participant, Topic(participant, TOPIC, message_class(PARTICIPANT_ENTITIES)), _QOS)
         except DDSException as error:
             raise BusError(f"DDS refuses `{TOPIC}`: {error}") from error
         self._say()
@@ -84,11 +88,18 @@ class NodeAnnouncement:
         delete(self._writer)
 
     def _say(self) -> None:
-        self._send([NodeEntities(self._namespace, self._name, self._readers, self._writers)])
+        node: dict[str, object] = {
+            "node_namespace": self._namespace,
+            "node_name": self._name,
+            "reader_gid_seq": [{"data": reader} for reader in self._readers],
+            "writer_gid_seq": [{"data": writer} for writer in self._writers],
+        }
+        self._send([node])
 
-    def _send(self, nodes: list[NodeEntities]) -> None:
+    def _send(self, nodes: list[dict[str, object]]) -> None:
+        values = {"gid": {"data": self._participant}, "node_entities_info_seq": nodes}
         try:
-            self._writer.write_payload(participant_entities(self._participant, nodes).serialize(use_version_2=False))
+            self._writer.write_payload(codec_of(PARTICIPANT_ENTITIES).encode(values))
         except DDSException as error:
             raise BusError(f"DDS cannot send on `{TOPIC}`: {error}") from error
 

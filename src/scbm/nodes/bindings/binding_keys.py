@@ -2,39 +2,50 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.key_types import NAME_NODE, MappingType, NamesType
+from scbm.files.codec.key_types import INTERFACES, NAME_NODE, MappingType, NamesType
 from scbm.files.codec.keys import Key, Keys
-from scbm.files.codec.reading_keys import MeasuredTopicKeys, read_variable_value
-from scbm.files.codec.ros_names import ROS_NAME, SharedNames
-from scbm.files.codec.service_keys import ServiceKeys, is_carried
 from scbm.files.spelling import suggestion
-from scbm.model import Slug
-from scbm.model.bindings import (
-    Binding,
-    MeasuredTopic,
-    MessageType,
-    RequestBinding,
-    ServiceCall,
-    ServiceChoice,
-    TopicPair,
-)
+from scbm.files.yaml.yaml_writer import Quoted
+from scbm.model import Binding, Slug
 from scbm.model.operations import Assign
 from scbm.model.predicates import Constant
 from scbm.model.sources import inputs, moved, published_by
 from scbm.model.values import format_value
+from scbm.nodes.bindings.field_values import is_carried, read_variable_value
+from scbm.nodes.bindings.reading_keys import MeasuredTopicKeys
+from scbm.nodes.bindings.ros_binding import (
+    MeasuredTopic,
+    RequestBinding,
+    RosBinding,
+    ServiceCall,
+    ServiceChoice,
+    TopicPair,
+)
+from scbm.nodes.bindings.ros_names import ROS_NAME, SharedNames
+from scbm.nodes.bindings.service_keys import ServiceKeys
+from scbm.nodes.bindings.type_names import library_of
+from scbm.nodes.types.definitions import STRING
+from scbm.nodes.types.type_library import has_library
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
+    from scbm.files.codec.keys import ShapeCheck, Spot
     from scbm.files.codec.value_reader import Entry, ValueReader
+    from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
     from scbm.model.behavior import BehaviorModel
     from scbm.model.operations import Action
     from scbm.model.resources import Resource
     from scbm.model.values import Value
     from scbm.model.variables import Variable
+    from scbm.nodes.types.type_library import TypeLibrary
+
+_PLAIN = re.compile(r"[A-Za-z_/][\w./]*|-?\d+", re.ASCII)
+"""The texts that need no quotes; a key that is a number is one of these, too."""
 
 _MAX_SHOWN = 8
 """The maximum number of values that one message lists."""
@@ -51,7 +62,7 @@ class TopicsKeys(Keys):
         for key, name in (("request", self.request), ("reply", self.reply)):
             if name is not None:
                 place = self.node.items[key].place
-                shared.note_topic(name, MessageType.STRING, place)
+                shared.note_topic(name, STRING, place)
                 if key == "request" or name != self.request:
                     shared.note_use(name, place, is_of_pair=True)
         if self.request is None or self.reply is None:
@@ -62,42 +73,38 @@ class TopicsKeys(Keys):
         return TopicPair(self.request, self.reply)
 
 
-def _choice_data(binding: Binding) -> object:
-    choice = binding.requests
-    if not isinstance(choice, ServiceChoice):
-        return None
-    return {choice.variable: {format_value(value): call for value, call in choice.calls}}
-
-
 class RosKeys(Keys):
     """How a real resource is reached: by `service`, `services` or `topics`; by none of them if it gets no requests."""
 
     service = Key(
         MappingType(ServiceKeys, "service"),
         "One service for all requests.",
-        source=lambda binding: binding.requests if isinstance(binding.requests, ServiceCall) else None,
     )
     services = Key(
         NamesType(NamesType(MappingType(ServiceKeys), "value → service"), "variable → value → service"),
         "A service for each value of one variable that requests carry.",
-        source=_choice_data,
     )
     topics = Key(
         MappingType(TopicsKeys),
         "Two topics with the protocol of drivers.",
-        source=lambda binding: binding.requests if isinstance(binding.requests, TopicPair) else None,
     )
     measured = Key(
         NamesType(MappingType(MeasuredTopicKeys), "variable → measured topic"),
         "For variables that the resource publishes, and for inputs: the topic that brings the values of each.",
-        source=lambda binding: {measured.reading.variable: measured for measured in binding.measured},
     )
+
+    @classmethod
+    def check(cls, spot: Spot, check: ShapeCheck) -> None:
+        """Check the binding, unless nothing is known of types: it is kept as it is then."""
+        if has_library():
+            super().check(spot, check)
 
 
 class BindingsKeys(Keys):
     """The bindings of the resources of a model, in a file of their own."""
 
     bindings_of = Key(NAME_NODE, "The name of the model.", required=True)
+    interfaces = INTERFACES
     resources = Key(
         NamesType(MappingType(RosKeys), "resource → binding"),
         "The binding of each resource, as under `ros` in a model file.",
@@ -107,21 +114,16 @@ class BindingsKeys(Keys):
     def bindings(self, model: BehaviorModel) -> dict[str, Binding]:
         """Return the bindings of the resources of a model; valid only if no error is noted."""
         self._refuse_other_models(model)
-        bindings_reader = BindingReader(self.reader, model)
-        entries = {entry.name: entry for entry in self.resources or ()}
         known = {resource.name: resource for resource in model.resources}
-        for resource in model.resources:
-            if resource.name not in entries:
-                bindings_reader.include(resource)
-        bindings: dict[str, Binding] = {}
-        for name, entry in entries.items():
-            if name in known:
-                bindings[name] = bindings_reader.binding(known[name], entry.value, entry.place)
+        bound: dict[str, tuple[Resource, RosKeys, Place]] = {}
+        for entry in self.resources or ():
+            if entry.name in known:
+                bound[entry.name] = (known[entry.name], entry.value, entry.place)
             else:
-                remedy = suggestion(name, known, "the resources are")
-                message = f"there is no resource `{name}`"
+                message = f"there is no resource `{entry.name}`"
+                remedy = suggestion(entry.name, known, "the resources are")
                 self.reader.add(Slug.UNKNOWN_RESOURCE, message, entry.place, remedy)
-        return bindings
+        return read_all(self.reader, model, bound, self.interfaces)
 
     def _refuse_other_models(self, model: BehaviorModel) -> None:
         """Note that the file is for another model; raise `InputError` if it has no resource of this one."""
@@ -134,27 +136,64 @@ class BindingsKeys(Keys):
             self.reader.report.raise_any()
 
 
+def read_all(
+    reader: ValueReader,
+    model: BehaviorModel,
+    bound: Mapping[str, tuple[Resource, RosKeys, Place]],
+    interfaces: Iterable[YamlNode],
+) -> dict[str, Binding]:
+    """Return the bindings of resources; valid only if no error is noted. Without types they are kept as written.
+
+    Args:
+        reader: reads values in the scope of the model.
+        model: the model, whose other bindings stay.
+        bound: the resources with their keys, and where these are named.
+        interfaces: where the file finds types.
+    """
+    if not has_library():
+        return {name: Binding(written_data(keys.node)) for name, (_, keys, _) in bound.items()}
+    bindings = BindingReader(reader, model, library_of(reader, interfaces))
+    for resource in model.resources:
+        if resource.name not in bound:
+            bindings.include(resource)
+    return {name: bindings.binding(*each) for name, each in bound.items()}
+
+
+def written_data(node: YamlNode) -> object:
+    """Return what a node has, as it is written again: texts that are no plain words in quotes."""
+    if isinstance(node.plain, dict):
+        return {_quoted(key): written_data(child) for key, child in node.items.items()}
+    if isinstance(node.plain, list):
+        return [written_data(element) for element in node.elements]
+    return _quoted(node.plain) if isinstance(node.plain, str) else node.plain
+
+
+def _quoted(text: str) -> str:
+    return text if _PLAIN.fullmatch(text) else Quoted(text)
+
+
 class BindingReader:
     """Reads the bindings of the resources of one model, in which one name has one type."""
 
-    def __init__(self, reader: ValueReader, model: BehaviorModel) -> None:
+    def __init__(self, reader: ValueReader, model: BehaviorModel, library: TypeLibrary) -> None:
         """Made once for all bindings of a model.
 
         Args:
             reader: reads values in the scope of the model.
             model: its actions decide what is sent; its own bindings do not matter.
+            library: the types that can be named.
         """
         self._reader = reader
         self._model = model
-        self._shared = SharedNames(reader)
+        self._shared = SharedNames(reader, library)
         self._from_outside = (*inputs(model), *moved(model))
 
     def include(self, resource: Resource) -> None:
         """Include the binding that a resource keeps: others must not contradict it."""
-        if resource.binding is not None:
+        if isinstance(resource.binding, RosBinding):
             self._shared.include(resource.name, resource.binding)
 
-    def binding(self, resource: Resource, keys: RosKeys, place: Place) -> Binding:
+    def binding(self, resource: Resource, keys: RosKeys, place: Place) -> RosBinding:
         """Return the binding of a resource; valid only if no error is noted.
 
         Args:
@@ -170,7 +209,7 @@ class BindingReader:
             self._refuse_no_way(resource, keys, place)
         read = [read_requests(self, resource, keys) for read_requests in REQUEST_KEYS.values()]
         requests = next((request for request in read if request is not None), None)
-        return Binding(requests, tuple(self._measured(resource, keys)))
+        return RosBinding(written_data(keys.node), requests, tuple(self._measured(resource, keys)))
 
     def service(self, resource: Resource, keys: RosKeys) -> ServiceCall | None:
         """Return the service for all requests; `None` if there is none, or it is wrong."""

@@ -1,38 +1,44 @@
-"""The keys that say how measured data is read: which numbers or texts mean which value of a variable."""
+"""The keys that say how fields of messages are read: which numbers or texts mean which value of a variable."""
 
 from __future__ import annotations
 
 import re
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 from scbm.files.codec.key_types import NAME_NODE, NamesType, ScalarOrMappingType, ScalarType, scalar_node
 from scbm.files.codec.keys import DefaultKey, Key, Keys
-from scbm.files.codec.ros_names import MESSAGE_TYPE, ROS_NAME, SharedNames
-from scbm.files.language.scope import NAME
 from scbm.files.spelling import suggestion
-from scbm.files.yaml.yaml_writer import Quoted
 from scbm.model import Place, Slug
-from scbm.model.bindings import FieldType, Interval, MeasuredTopic, MessageType, Reading
-from scbm.model.values import ValueKind, format_value
+from scbm.model.values import format_value
 from scbm.model.variables import Role
+from scbm.nodes.bindings.field_values import (
+    SCALAR_OF_MESSAGE,
+    FieldReader,
+    key_node,
+    kind_of_values,
+    read_variable_value,
+)
+from scbm.nodes.bindings.ros_binding import Interval, MeasuredTopic, Reading
+from scbm.nodes.bindings.ros_names import ROS_NAME
+from scbm.nodes.bindings.type_names import TYPE_NAME
+from scbm.nodes.types.definitions import STRING, Primitive
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
-    from scbm.model.bindings import Scalar
     from scbm.model.resources import Resource
     from scbm.model.values import Value
     from scbm.model.variables import Variable
+    from scbm.nodes.bindings.ros_names import SharedNames
+    from scbm.nodes.types.definitions import MessageDefinition, Scalar
+    from scbm.nodes.types.field_paths import FieldPath
 
 _END = r"[-+]?\d{1,30}(?:\.\d{1,30})?(?:e[-+]?\d{1,3})?"
 _RANGE = re.compile(rf"({_END})?\s*\.\.\s*({_END})?", re.ASCII | re.IGNORECASE)
 _WHOLE = re.compile(r"[-+]?\d+", re.ASCII)
-
-SCALAR_OF_MESSAGE: dict[str, Any] = {"type": ["boolean", "number", "string"]}
-"""The JSON Schema of the value of a field."""
 
 _INTERVAL = ScalarType(
     "range",
@@ -48,57 +54,47 @@ _INTERVAL = ScalarType(
 _MEANT = ScalarType("value", "a value", SCALAR_OF_MESSAGE, scalar_node)
 
 
-def literal_data(value: Scalar) -> Scalar:
-    """Return a value as it is written: a text that is no plain word in quotes, as a driver may want any text."""
-    return Quoted(value) if isinstance(value, str) and not NAME.fullmatch(value) else value
-
-
-def read_variable_value(reader: ValueReader, text: str, variable: Variable | None, place: Place) -> Value | None:
-    """Return the value of a variable that a key names."""
-    if variable is None:
-        return None
-    values = {format_value(value): value for value in variable.domain.values}
-    if text not in values:
-        remedy = suggestion(text, values, "its values are") if variable.domain.kind is ValueKind.SYMBOL else None
-        message = f"`{text}` is not a value of `{variable.name}`"
-        reader.add(Slug.VALUE_OUTSIDE_DOMAIN, message, place, remedy or f"its domain is {variable.domain}")
-    return values.get(text)
-
-
 class ReadingKeys(Keys):
-    """How measured data becomes a value. Without `ranges` and `values`, the data is the value itself."""
+    """How a field becomes a value. Without `ranges` and `values`, the field has the value itself."""
 
     ranges = Key(
         NamesType(_INTERVAL, "value → range"),
         "For numbers: the range that stands for each value. `low..high` is from `low` on and below "
         "`high`; either may be left out.",
-        source=lambda measured: {format_value(value): interval for value, interval in measured.reading.ranges},
     )
     values = Key(
-        NamesType(_MEANT, "text → value"),
-        "For texts: the value that each text stands for.",
-        source=lambda measured: {literal_data(text): value for text, value in measured.reading.texts},
+        NamesType(_MEANT, "value of the field → value"),
+        "For texts, whole numbers and truth values: the value that each stands for. A constant of the message is "
+        "written by its name.",
     )
 
-    def reading(self, name: str, resource: Resource, kind: FieldType, place: Place) -> Reading:
-        """Return how data of a type becomes a value of a variable; valid only if no error is noted.
+    def reading(self, name: str, resource: Resource, path: FieldPath, fields: FieldReader, place: Place) -> Reading:
+        """Return how a field of a reply becomes a value of a variable; valid only if no error is noted.
 
         Args:
             name: the name of the variable.
             resource: the resource that measures it.
-            kind: the type of the data.
+            path: the field.
+            fields: reads fields of the same message.
             place: where the name stands.
         """
-        return self._reading(name, self._variable(name, resource, place), kind, place)
+        return self._reading(name, self._variable(name, resource, place), path, fields, place)
 
-    def _reading(self, name: str, variable: Variable | None, kind: FieldType, place: Place) -> Reading:
+    def _reading(
+        self, name: str, variable: Variable | None, path: FieldPath, fields: FieldReader, place: Place
+    ) -> Reading:
+        kind = path.shape
+        assert isinstance(kind, Primitive)  # noqa: S101 - only such paths are read
         if not self.has("ranges") and not self.has("values") and variable is not None:
             self._refuse_unlike(variable, kind, place)
         if self.has("ranges") and not kind.is_number:
             self._refuse_words("`ranges` are for numbers", kind, self.place("ranges"))
-        if self.has("values") and kind is not FieldType.STRING:
-            self._refuse_words("`values` are for text", kind, self.place("values"))
-        return Reading(name, tuple(self._ranges(variable, kind)), tuple(self._texts(variable)))
+        if self.has("values") and kind.is_float:
+            self._refuse_words("`values` are for texts and whole numbers", kind, self.place("values"))
+        if self.has("ranges") and self.has("values"):
+            message, remedy = "a field has `ranges` or `values`, and this has both", "keep one of them"
+            self.reader.add(Slug.BAD_BINDING, message, self.place("values"), remedy)
+        return Reading(name, path, tuple(self._ranges(variable, kind)), tuple(self._meanings(variable, path, fields)))
 
     def _variable(self, name: str, resource: Resource, place: Place) -> Variable | None:
         if name not in resource.measures:
@@ -109,26 +105,26 @@ class ReadingKeys(Keys):
             return None
         return self.reader.scope.variables.get(name)
 
-    def _refuse_unlike(self, variable: Variable, kind: FieldType, place: Place) -> None:
+    def _refuse_unlike(self, variable: Variable, kind: Primitive, place: Place) -> None:
         """Note data that is no value of the variable by itself."""
-        if kind.kind is variable.domain.kind:
+        if kind_of_values(kind) is variable.domain.kind:
             return
         message = f"`{variable.name}` has the domain {variable.domain}, and the data is {_words(kind)}"
         example = format_value(variable.domain.values[-1])
         if kind.is_number:
             remedy = f"say which numbers mean which value: `ranges: {{{example}: 5..}}`"
-        elif kind is FieldType.STRING:
+        elif kind.name == "string":
             remedy = f"say which text means which value: `values: {{<text>: {example}}}`"
         else:
             remedy = "measure a variable with the domain `bool`"
         self.reader.add(Slug.WRONG_TYPE, message, place, remedy)
 
-    def _refuse_words(self, what: str, kind: FieldType, place: Place) -> None:
+    def _refuse_words(self, what: str, kind: Primitive, place: Place) -> None:
         self.reader.add(Slug.WRONG_TYPE, f"{what}, and the data is {_words(kind)}", place)
 
     # ranges
 
-    def _ranges(self, variable: Variable | None, kind: FieldType) -> Iterator[tuple[Value, Interval]]:
+    def _ranges(self, variable: Variable | None, kind: Primitive) -> Iterator[tuple[Value, Interval]]:
         self._refuse_none("ranges")
         before: list[tuple[str, Interval]] = []
         for entry in self.ranges or ():
@@ -169,15 +165,23 @@ class ReadingKeys(Keys):
             return None
         return interval
 
-    # texts
+    # texts and whole numbers
 
-    def _texts(self, variable: Variable | None) -> Iterator[tuple[str, Value]]:
+    def _meanings(
+        self, variable: Variable | None, path: FieldPath, fields: FieldReader
+    ) -> Iterator[tuple[Scalar, Value]]:
         self._refuse_none("values")
-        for entry in (self.values or ()) if variable is not None else ():
-            assert variable is not None  # noqa: S101 - without a variable, the loop has no entries
-            value = self.reader.value(entry.node, variable.domain, variable.name, variable.domain.values)
-            if value is not None:
-                yield entry.name, value
+        seen: dict[Scalar, str] = {}
+        for entry in self.values or ():
+            read = fields.value(key_node(entry, path.shape), path, path.shape)
+            value = None
+            if variable is not None:
+                value = self.reader.value(entry.node, variable.domain, variable.name, variable.domain.values)
+            if read is not None and seen.setdefault(read, entry.name) != entry.name:
+                message = f"`{entry.name}` is the same value of the field as `{seen[read]}`"
+                self.reader.add(Slug.DUPLICATE_VALUE, message, entry.place)
+            if read is not None and value is not None:
+                yield read, value
 
     def _refuse_none(self, key: str) -> None:
         node = self.node.get(key)
@@ -185,23 +189,16 @@ class ReadingKeys(Keys):
             self.reader.add(Slug.EMPTY_DOMAIN, f"`{key}` has no entries, so no data has a value", node.place)
 
 
-def _words(kind: FieldType) -> str:
+def _words(kind: Primitive) -> str:
     if kind.is_number:
         return f"a number ({kind})"
-    return "text" if kind is FieldType.STRING else "a truth value"
-
-
-class ResponseField(NamedTuple):
-    """A field of a response, and how it is read."""
-
-    field: str
-    reading: Reading
+    return "text" if kind.name == "string" else "a truth value"
 
 
 class FieldReadingKeys(ReadingKeys):
     """A field of a response, and how it is read."""
 
-    field = Key(NAME_NODE, "The name of the field.", required=True)
+    field = Key(NAME_NODE, "The path to the field.", required=True)
 
     @property
     def field_node(self) -> YamlNode | None:
@@ -209,17 +206,11 @@ class FieldReadingKeys(ReadingKeys):
         return self.field if isinstance(self.node.plain, dict) else NAME_NODE.read(self.node, self.reader)
 
 
-def _field_data(field: ResponseField) -> str | dict[str, Any]:
-    is_plain = not field.reading.ranges and not field.reading.texts
-    return field.field if is_plain else FieldReadingKeys.write(field)
-
-
 FIELD_READING = ScalarOrMappingType(
     FieldReadingKeys,
     "field or reading",
     "a field, or a mapping such as `{field: distance, ranges: {near: ..0.5}}`",
     {"type": "string"},
-    _field_data,
 )
 
 
@@ -233,11 +224,10 @@ class MeasuredTopicKeys(ReadingKeys):
     """A topic with the values of one variable."""
 
     topic = Key(ROS_NAME, "The name of the topic, from the root: `/scanner/distance`.", required=True)
-    type = Key(
-        MESSAGE_TYPE,
-        "The type of its messages: `std_msgs/msg/Bool`, `std_msgs/msg/Int64`, `std_msgs/msg/Float64` or "
-        "`std_msgs/msg/String`.",
-        required=True,
+    type = Key(TYPE_NAME, "The type of its messages, such as `sensor_msgs/msg/JointState`.", required=True)
+    field = Key(
+        NAME_NODE,
+        "The path to the field. A message with one field that is a number, a truth value or a text needs none.",
     )
     best_effort = DefaultKey(
         ScalarType("`true` or `false`", "`true` or `false`", {"type": "boolean"}, _best_effort),
@@ -258,12 +248,29 @@ class MeasuredTopicKeys(ReadingKeys):
             shared: the names of topics and services so far.
             unasked: the variables that the resource publishes, and those that the environment changes.
         """
-        kind, topic = self.type, self.topic
+        named, topic = self.type, self.topic
+        kind = None if named is None else shared.message(named)
         if kind is None:
             return None
         self._note(topic, kind, shared)
         variable = self._changing(name, resource, place, unasked)
-        return MeasuredTopic(topic or "", kind, self._reading(name, variable, kind.data, place), self.best_effort)
+        fields = FieldReader(self.reader, kind, f"`{kind}`")
+        path = self._path(kind, fields)
+        if path is None:
+            return None
+        reading = self._reading(name, variable, path, fields, place)
+        return MeasuredTopic(topic or "", kind, reading, self.best_effort)
+
+    def _path(self, kind: MessageDefinition, fields: FieldReader) -> FieldPath | None:
+        """Return the path to the field; `None` if it is wrong."""
+        if self.has("field"):
+            return None if self.field is None else fields.leaf(self.field.text or "", self.field.place)
+        place = self.node.items["type"].place
+        if len(kind.fields) == 1 and isinstance(kind.fields[0][1], Primitive):
+            return fields.leaf(kind.fields[0][0], place)
+        remedy = f"its fields are: {', '.join(name for name, _ in kind.fields)}"
+        self.reader.add(Slug.MISSING_KEY, f"`field` is missing: `{kind}` has more than one value", place, remedy)
+        return None
 
     def _changing(self, name: str, resource: Resource, place: Place, unasked: tuple[str, ...]) -> Variable | None:
         """Return the variable of a name; report one whose values come only with replies."""
@@ -283,9 +290,9 @@ class MeasuredTopicKeys(ReadingKeys):
         self.reader.add(Slug.UNKNOWN_VARIABLE, message, place, remedy)
         return None
 
-    def _note(self, topic: str | None, kind: MessageType, shared: SharedNames) -> None:
+    def _note(self, topic: str | None, kind: MessageDefinition, shared: SharedNames) -> None:
         if topic is None:
             return
         shared.note_topic(topic, kind, self.node.items["type"].place)
-        if kind is MessageType.STRING:
+        if kind == STRING:
             shared.note_use(topic, self.node.items["topic"].place, is_of_pair=False)
