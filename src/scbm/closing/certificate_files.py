@@ -112,7 +112,12 @@ class CheckedCertificate(Struct, frozen=True):
     @property
     def obligations(self) -> tuple[str, ...]:
         """The obligations that the certificate claims to be uncoverable."""
-        return self.file.certificate.claims
+        return () if self.file.certificate.is_about_requirements else self.file.certificate.claims
+
+    @property
+    def requirements(self) -> tuple[str, ...]:
+        """The requirements that the certificate claims to hold."""
+        return self.file.certificate.claims if self.file.certificate.is_about_requirements else ()
 
     @property
     def situations(self) -> int | None:

@@ -94,6 +94,9 @@ def _requirements(closing: Closing, output: ClosingFiles | None) -> dict[str, An
                 "status": each.status.value,
                 "reason": each.reason,
                 "option": each.option,
+                "certificate": each.certificate
+                if output is None or each.certificate is None
+                else str(output.certificates[each.certificate]),
             }
             | ({} if each.case is None else {"case": each.case})
             for each in decided
@@ -107,7 +110,8 @@ def _requirements(closing: Closing, output: ClosingFiles | None) -> dict[str, An
 def _certificate(name: str, certificate: Certificate, output: ClosingFiles | None) -> dict[str, Any]:
     return {
         "name": name,
-        "obligations": list(certificate.claims),
+        "obligations": [] if certificate.is_about_requirements else list(certificate.claims),
+        "requirements": list(certificate.claims) if certificate.is_about_requirements else [],
         "file": None if output is None else str(output.certificates[name]),
     }
 

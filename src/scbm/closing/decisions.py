@@ -384,6 +384,7 @@ class DecidedRequirement(Struct, frozen=True):
         execution: the run of that case, if it is a new one.
         option: the option of `scbm close` that raises the limit that ended the search, if there is one.
         is_built_in: whether it is a built-in requirement; one of the user may be called alike.
+        certificate: the name of its certificate; `None` if it has none.
     """
 
     name: str
@@ -393,6 +394,7 @@ class DecidedRequirement(Struct, frozen=True):
     execution: Execution | None = None
     option: str | None = None
     is_built_in: bool = True
+    certificate: str | None = None
 
     @property
     def holds(self) -> bool:
@@ -408,12 +410,14 @@ class RequirementDecisions(Struct, frozen=True):
         situations: the number of situations of runs that were explored.
         assumptions: what those that hold assume, one sentence each.
         is_interrupted: whether the user ended the search.
+        certificates: the certificates of those that hold, each with its name.
     """
 
     decided: tuple[DecidedRequirement, ...]
     situations: int = 0
     assumptions: tuple[str, ...] = ()
     is_interrupted: bool = False
+    certificates: tuple[tuple[str, Certificate], ...] = ()
 
     @property
     def is_open(self) -> bool:

@@ -20,7 +20,14 @@ from scbm.model.json_reader import (
     read_json_object,
     read_located,
 )
-from scbm.proofcheck import RunsArgument, SetsArgument, StructureArgument, ValuesArgument
+from scbm.proofcheck import (
+    ContinuationsArgument,
+    RequirementsArgument,
+    RunsArgument,
+    SetsArgument,
+    StructureArgument,
+    ValuesArgument,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,18 +49,26 @@ _ARGUMENTS = {
     ValuesArgument.kind: "its variables never have values that allow it",
     RunsArgument.kind: "none of the runs that the certificate is about visits it",
     SetsArgument.kind: "no situation in the set of the certificate leads to it",
+    RequirementsArgument.kind: "none of the runs that the certificate is about violates it",
+    ContinuationsArgument.kind: "from each run that the certificate is about goals stay reachable",
 }
 
 
 def reasons_text(certificate: Certificate, reasons: Mapping[str, str]) -> str:
-    """Return the file of reasons beside a certificate, one obligation on a line; `reasons` has one for each claim."""
-    lines = (f"{_text(name)}: {_text(reasons[name])}" for name in certificate.claims)
+    """Return the file of reasons beside a certificate, one claim on a line; `reasons` are of obligations."""
+    known = {**_known(certificate), **reasons}
+    lines = (f"{_text(name)}: {_text(known[name])}" for name in certificate.claims)
     listed = ",\n".join(lines)
     return f'{_HEAD}{_VERSION},\n"digest": {_text(certificate.digest)},\n"reasons": {{\n{listed}}}}}\n'
 
 
 def _text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
+
+
+def _known(certificate: Certificate) -> dict[str, str]:
+    """Return for each claim what the argument says."""
+    return dict.fromkeys(certificate.claims, _ARGUMENTS.get(certificate.argument.kind, "a certificate excludes it"))
 
 
 def is_reasons_text(text: str) -> bool:
@@ -67,7 +82,7 @@ def read_reasons(certificate_file: Path, certificate: Certificate) -> dict[str, 
     Raises:
         InputError: there is such a file, and it cannot be read, or it is about another version of the model.
     """
-    known = dict.fromkeys(certificate.claims, _ARGUMENTS.get(certificate.argument.kind, "a certificate excludes it"))
+    known = _known(certificate)
     path = certificate_file.with_suffix(REASONS_SUFFIX)
     if not path.exists():
         return known

@@ -93,7 +93,7 @@ def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:
     """Yield what a sound certificate proves: the names of obligations, each with its proof."""
     file = checked.file
     status = proved_status(file.certificate)
-    for claim in file.certificate.claims:
+    for claim in checked.obligations:
         yield claim, StatusProof(status, file.reasons[claim], str(file.path))
 
 

@@ -16,8 +16,11 @@ if TYPE_CHECKING:
         Awaits,
         Certificate,
         CertificateFlaw,
+        ContinuationsArgument,
         Fact,
+        GoalContinuations,
         GoalRuns,
+        RequirementsArgument,
         RunsArgument,
         SetPhase,
         SetsArgument,
@@ -43,8 +46,11 @@ __all__ = [
     "Awaits",
     "Certificate",
     "CertificateFlaw",
+    "ContinuationsArgument",
     "Fact",
+    "GoalContinuations",
     "GoalRuns",
+    "RequirementsArgument",
     "RunsArgument",
     "SetPhase",
     "SetsArgument",
@@ -63,8 +69,9 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "certificate": (
-            "GOAL PHASE Argument Awaits Certificate CertificateFlaw Fact GoalRuns RunsArgument SetPhase SetsArgument "
-            "Situation StructureArgument ValuesArgument predicted_name request_name"
+            "GOAL PHASE Argument Awaits Certificate CertificateFlaw ContinuationsArgument Fact GoalContinuations "
+            "GoalRuns RequirementsArgument RunsArgument SetPhase SetsArgument Situation StructureArgument "
+            "ValuesArgument predicted_name request_name"
         ),
         "certificate_arguments": "check_certificate",
         "certificate_json": "FORMAT_VERSION certificate_text read_certificate read_certificate_file",

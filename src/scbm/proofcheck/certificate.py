@@ -15,6 +15,7 @@ from msgspec import Meta, Struct
 
 from scbm.model import GoalOrder, PlanSet
 from scbm.model.json_reader import MAX_COUNT, JsonRecord
+from scbm.model.requirements import BUILT_IN_NAMES
 from scbm.model.visible_text import printable
 
 if TYPE_CHECKING:
@@ -48,6 +49,23 @@ def claimable_obligations(model: BehaviorModel) -> tuple[ClaimedObligation, ...]
     aspects = [aspect for aspect in ClaimedAspect if aspect is not ClaimedAspect.TAKEN]
     of_operations = [ClaimedObligation(operation.name, aspect) for operation in model.operations for aspect in aspects]
     return (*of_operations, *(ClaimedObligation(t.name, ClaimedAspect.TAKEN) for t in model.automatic_transitions))
+
+
+class ClaimedRequirement(Struct, frozen=True):
+    """A requirement of the model, or a built-in one, which may be called alike."""
+
+    name: str
+    is_built_in: bool = False
+
+    def __str__(self) -> str:
+        return f"{'built_in' if self.is_built_in else 'requirement'}/{self.name}"
+
+
+def claimable_requirements(model: BehaviorModel) -> tuple[ClaimedRequirement, ...]:
+    """Return everything that a certificate about requirements of a model may claim."""
+    off = [name for name, _ in model.requirements_off]
+    built_in = (ClaimedRequirement(name, is_built_in=True) for name in BUILT_IN_NAMES if name not in off)
+    return (*built_in, *(ClaimedRequirement(requirement.name) for requirement in model.requirements))
 
 
 class Fact(StrEnum):
@@ -159,6 +177,46 @@ class RunsArgument(Struct, frozen=True):
     plans: PlanSet = PlanSet.CANONICAL
 
 
+class RequirementsArgument(RunsArgument, frozen=True):
+    """All situations of all runs, of which none violates the claimed requirements."""
+
+    kind: ClassVar[str] = "requirements"
+
+
+NodeNumber: TypeAlias = Annotated[int, Meta(ge=0, le=MAX_COUNT)]
+
+
+class GoalContinuations(JsonRecord, frozen=True):
+    """Why a goal stays reachable, or why nothing asks that it does.
+
+    Attributes:
+        goal: its name.
+        distances: for each node the number of steps of a shortest continuation before the one that reaches the goal in
+            a run for it, or -1; empty if plain runs make the goal unreachable.
+        history: the nodes of such plain runs, in order; the last one is a rest.
+        closed: the nodes of all continuations after them.
+    """
+
+    goal: Word
+    distances: tuple[Annotated[int, Meta(ge=-1, le=MAX_COUNT)], ...] = ()
+    history: tuple[NodeNumber, ...] = ()
+    closed: tuple[NodeNumber, ...] = ()
+
+
+class ContinuationsArgument(RunsArgument, frozen=True, kw_only=True):
+    """All situations of all runs, and how continuations lead from them to goals.
+
+    Attributes:
+        rests: the values of the variables of each settled runner without a goal. The nodes are these, from 0, and then
+            the situations of each goal.
+        answers: one for each goal of the model, in order.
+    """
+
+    kind: ClassVar[str] = "continuations"
+    rests: tuple[tuple[ListedValue, ...], ...]
+    answers: tuple[GoalContinuations, ...]
+
+
 PHASE, GOAL = "the phase", "the goal"
 """The variables of what the runner does, and of the goal that it pursues, in situations of sets."""
 
@@ -250,6 +308,11 @@ class Certificate(Struct, frozen=True):
     def plans(self) -> PlanSet:
         """The plans of the runs that the claims are about; facts and values hold for any plans."""
         return self.argument.plans if isinstance(self.argument, RunsArgument) else PlanSet.ANY
+
+    @property
+    def is_about_requirements(self) -> bool:
+        """Whether the claims are requirements, and not obligations."""
+        return isinstance(self.argument, RequirementsArgument | ContinuationsArgument)
 
     @property
     def is_for_any_plan(self) -> bool:

@@ -11,18 +11,23 @@ from collections import Counter
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import Struct, to_builtins
 
 from scbm.model import FIRST_PLANNER, GoalOrder, PlanSet, RunPlans
 from scbm.proofcheck.certificate import (
     Awaits,
     CertificateFlaw,
+    ContinuationsArgument,
+    RequirementsArgument,
     RunsArgument,
     SetsArgument,
     StructureArgument,
     ValuesArgument,
     claimable_obligations,
+    claimable_requirements,
 )
+from scbm.proofcheck.continuations_check import check_continuations
+from scbm.proofcheck.requirements_check import check_requirements
 from scbm.proofcheck.runs_check import check_runs
 from scbm.proofcheck.sets_check import check_sets
 from scbm.proofcheck.structure_check import check_structure
@@ -32,7 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.model import BehaviorModel
-    from scbm.proofcheck.certificate import Certificate, ClaimedObligation, GoalRuns, Situation
+    from scbm.proofcheck.certificate import Certificate, GoalRuns, Situation
 
 
 class ArgumentFormat(Struct, frozen=True):
@@ -41,12 +46,16 @@ class ArgumentFormat(Struct, frozen=True):
     Attributes:
         record: the class of the argument; its fields are keys of a certificate, beside those of all certificates.
         write: returns the lines of the argument, one `"key": value` for each of these keys.
-        check: gets the claimed obligations, the argument and the model, and returns all flaws: none is a proof.
+        check: gets what is claimed, the argument and the model, and returns all flaws: none is a proof.
+        claimable: returns everything that it may be about.
+        noun: what a claim is about.
     """
 
     record: type[Any]
     write: Callable[[Any], list[str]]
-    check: Callable[[Sequence[ClaimedObligation], Any, BehaviorModel], Iterator[CertificateFlaw]]
+    check: Callable[[Sequence[Any], Any, BehaviorModel], Iterator[CertificateFlaw]]
+    claimable: Callable[[BehaviorModel], Sequence[object]] = claimable_obligations
+    noun: str = "obligation"
 
 
 def json_text(value: object) -> str:
@@ -72,6 +81,12 @@ def _write_runs(argument: RunsArgument) -> list[str]:
     is_of_states = argument.plans is PlanSet.ANY
     goals = (_runs_text(runs, is_of_states=is_of_states) for runs in argument.runs)
     return [f'"variables": {json_text(argument.variables)}', f'"runs": {json_list(goals)}']
+
+
+def _write_continuations(argument: ContinuationsArgument) -> list[str]:
+    rests = json_list(map(json_text, argument.rests))
+    answers = json_list(json.dumps(to_builtins(each), ensure_ascii=False) for each in argument.answers)
+    return [*_write_runs(argument), f'"rests": {rests}', f'"answers": {answers}']
 
 
 def _runs_text(runs: GoalRuns, *, is_of_states: bool) -> str:
@@ -100,6 +115,12 @@ ARGUMENTS: dict[str, ArgumentFormat] = {
     ValuesArgument.kind: ArgumentFormat(ValuesArgument, _write_values, check_values),
     RunsArgument.kind: ArgumentFormat(RunsArgument, _write_runs, check_runs),
     SetsArgument.kind: ArgumentFormat(SetsArgument, _write_sets, check_sets),
+    RequirementsArgument.kind: ArgumentFormat(
+        RequirementsArgument, _write_runs, check_requirements, claimable_requirements, "requirement"
+    ),
+    ContinuationsArgument.kind: ArgumentFormat(
+        ContinuationsArgument, _write_continuations, check_continuations, claimable_requirements, "requirement"
+    ),
 }
 """The arguments by the names that certificates give them under `argument`, the cheapest first."""
 
@@ -125,10 +146,11 @@ def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[Certifica
             "the certificate", f"it is one of the model {certificate.model}, and this is {model.name}"
         )
         return
-    known = {str(obligation): obligation for obligation in claimable_obligations(model)}
+    form = ARGUMENTS[certificate.argument.kind]
+    known = {str(each): each for each in form.claimable(model)}
     names = certificate.claims
     flaws = [
-        CertificateFlaw(f"claim {name}", "the model has no such obligation") for name in names if name not in known
+        CertificateFlaw(f"claim {name}", f"the model has no such {form.noun}") for name in names if name not in known
     ]
     flaws += [
         CertificateFlaw(f"claim {name}", "it is made twice") for name, times in Counter(names).items() if times > 1
@@ -136,8 +158,7 @@ def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[Certifica
     if not names:
         flaws.append(CertificateFlaw("the claims", "there are none"))
     flaws += _flaws_of_planner(certificate, model)
-    argument = certificate.argument
-    yield from flaws or ARGUMENTS[argument.kind].check([known[name] for name in names], argument, model)
+    yield from flaws or form.check([known[name] for name in names], certificate.argument, model)
 
 
 def _flaws_of_planner(certificate: Certificate, model: BehaviorModel) -> list[CertificateFlaw]:

@@ -5,7 +5,8 @@ It is a second implementation of `scbm.running`, on purpose. The events of a set
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias, assert_never
+from enum import Enum
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, assert_never
 
 from msgspec import Struct
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from scbm.proofcheck.certificate import Queue, Situation
     from scbm.proofcheck.checker_planner import CheckedPlans, Following
     from scbm.proofcheck.guarded_parts import GuardedRule, GuardedRules, OperationRules, Values
+
+_ENDED = (OperationState.COMPLETED, OperationState.FAILED, OperationState.TIMEDOUT)
 
 MAX_AUTOMATIC = 1_000
 """Maximum number of automatic transitions in a row, without another operation or a request for a plan (5.1)."""
@@ -34,6 +37,48 @@ class Question(Struct, frozen=True):
 
     asked_in: Values | None
     answer: PlansFound | NoPlanExists
+
+
+class MomentKind(Enum):
+    """What a requirement may ask about in a run (semantics 7.3, 7.12)."""
+
+    STATE = "a state after a record"
+    BECOMES_CURRENT = "an operation becomes current"
+    ASKS_PLAN = "a plan is requested"
+    REACHES_GOAL = "the goal is reached"
+    TRIGGERS = "an operation makes a trigger true"
+    ENDS_OPERATION = "an operation completes, fails, times out or is given up"
+
+
+class CheckedMoment(NamedTuple):
+    """A moment of a run.
+
+    Attributes:
+        values: those of the state, or before what happens.
+        operation: the operation that it is about.
+        about: the resource that is triggered, or the state in which the operation ends.
+    """
+
+    kind: MomentKind
+    values: Values
+    operation: str = ""
+    about: str = ""
+
+
+class PossibleEnd(NamedTuple):
+    """A moment in which a run may end, beside the one in which it does.
+
+    Attributes:
+        values: the values then.
+        in_flight: the requests in flight then.
+        moments: the number of moments before.
+        is_livelock: whether the run repeats automatic transitions there without end; else a limit of plans ends it.
+    """
+
+    values: Values
+    in_flight: tuple[str, ...]
+    moments: int
+    is_livelock: bool = False
 
 
 class UncheckableStepError(Exception):
@@ -52,7 +97,9 @@ class CheckedRun:
         has_ended: whether no goal is pursued.
         is_livelocked: whether automatic transitions repeat without end while no goal is pursued.
         visited: the names of the obligations visited so far.
-        asked: the values and the requests in flight at each request for a plan.
+        may_end: the moments in which the run may end instead: requests for plans, and the states of a livelock.
+        moments: what requirements may ask about, in order.
+        has_reached: whether the run has ended as its goal was reached.
         must_choose: whether several things can follow in the plan, and it is open which one does.
     """
 
@@ -65,7 +112,9 @@ class CheckedRun:
         self.has_ended = False
         self.is_livelocked = False
         self.visited: dict[str, None] = {}
-        self.asked: list[tuple[Values, tuple[str, ...]]] = []
+        self.may_end: list[PossibleEnd] = []
+        self.moments: list[CheckedMoment] = []
+        self.has_reached = False
         self.must_choose = False
         self._rules = rules
         self._goal = goal
@@ -106,6 +155,7 @@ class CheckedRun:
         operation, self.queue = following
         self._automatic = 0
         if operation is not None:
+            self._note(MomentKind.BECOMES_CURRENT)
             self._set({CURRENT_NAME: operation})
 
     def pass_deadline(self) -> None:
@@ -120,6 +170,7 @@ class CheckedRun:
 
     def _micro_step(self) -> bool:
         """Take the first micro-step that applies, in the order of semantics 5; return `False` if none does."""
+        self._note(MomentKind.STATE)
         return (
             self._take_automatic()
             or self._abort()
@@ -149,8 +200,20 @@ class CheckedRun:
         if self.has_ended:
             self.is_livelocked = True
             return False
+        self._note_cycle()
         self.end(PlanState.ABORTED)
         return True
+
+    def _note_cycle(self) -> None:
+        """Note that the run may end in each state that automatic transitions repeat: where they stop is arbitrary."""
+        numbers = [number for number, each in enumerate(self.moments) if each.kind is MomentKind.STATE]
+        cycle: list[PossibleEnd] = []
+        for number in reversed(numbers[-MAX_AUTOMATIC - 1 : -1]):
+            values = self.moments[number].values
+            cycle.append(PossibleEnd(values, tuple(self.in_flight), number + 1, is_livelock=True))
+            if values == self.values:
+                self.may_end += cycle
+                return
 
     def _abort(self) -> bool:
         if self.has_ended or self.values[PLAN_STATE] != PlanState.ABORTED:
@@ -187,6 +250,8 @@ class CheckedRun:
     def _reach_goal(self) -> bool:
         if self.has_ended or self.values[CURRENT_STATE] != OperationState.INITIAL or not self._goal.holds(self.values):
             return False
+        self._note(MomentKind.REACHES_GOAL)
+        self.has_reached = True
         self.end(PlanState.COMPLETED)
         return True
 
@@ -225,6 +290,9 @@ class CheckedRun:
         after = rule.taken(self.values)
         if after is None:
             return False
+        for name, resource in self._rules.resources.items():
+            if after[resource.trigger] and not self.values[resource.trigger]:
+                self._note(MomentKind.TRIGGERS, name)
         self.values = after
         return self._become(target)
 
@@ -234,6 +302,8 @@ class CheckedRun:
         No second timer passes in the same settling, not even one of 0 s: after a timer a new plan is requested.
         """
         name = str(self.values[CURRENT_NAME])
+        if state in _ENDED:
+            self._note(MomentKind.ENDS_OPERATION, state)
         self._set({operation_state_name(name): state.value, CURRENT_STATE: state.value})
         self._deadline_has_passed = False
         self._visit(name, ClaimedAspect(state.value))
@@ -248,6 +318,7 @@ class CheckedRun:
         """Drop the plan if the timer of the disabled operation has passed."""
         if not self._deadline_has_passed:
             return False
+        self._note(MomentKind.ENDS_OPERATION, OperationState.DISABLED)
         self.queue = None
         return self._leave()
 
@@ -268,7 +339,8 @@ class CheckedRun:
             if not self.in_flight and not self._rules.outside:
                 self.end(PlanState.UNSOLVABLE)
             return self.has_ended
-        self.asked.append((self.values, tuple(self.in_flight)))
+        self._note(MomentKind.ASKS_PLAN)
+        self.note_limit()
         self._automatic = 0
         self._set({PLAN_STATE: PlanState.PLANNING.value})
         answer = self._plans.answer(self.values)
@@ -283,6 +355,11 @@ class CheckedRun:
 
     def end(self, plan_state: PlanState) -> None:
         """End the run: clear its requests, and make the operation initial (semantics 5, after the ends)."""
+        cancelled: Values = {}
+        for name in self.in_flight:
+            resource = self._rules.resources[name]
+            cancelled |= {resource.trigger: False, resource.request_state: RequestState.INITIAL.value}
+            self.moments.append(CheckedMoment(MomentKind.STATE, {**self.values, **cancelled}))
         changes: dict[str, Value] = {PLAN_STATE: plan_state.value}
         for name, resource in self._rules.resources.items():
             occupied = self.values[resource.request_state] == RequestState.EXECUTING and name not in self.in_flight
@@ -295,6 +372,13 @@ class CheckedRun:
         self._automatic = 0
 
     # inside
+
+    def note_limit(self) -> None:
+        """Note that the limit of plans may end the run here."""
+        self.may_end.append(PossibleEnd(self.values, tuple(self.in_flight), len(self.moments)))
+
+    def _note(self, kind: MomentKind, about: str = "") -> None:
+        self.moments.append(CheckedMoment(kind, self.values, str(self.values[CURRENT_NAME]), about))
 
     def _set(self, changes: Values) -> None:
         self.values = {**self.values, **changes}
@@ -368,6 +452,10 @@ class CheckedStep(Struct, frozen=True):
         visited: the names of the obligations that were visited.
         cut_off: those that would have been visited instead if the limit of plans had ended the run on the way.
         rests: the values from which another goal can be pursued then, of all ends, those by a limit included.
+        rest: these values after the end of the whole step, if it ends the run.
+        moments: the moments of the whole step.
+        ends: the other ends that the run may have on the way.
+        has_reached: whether the goal is reached.
     """
 
     situation: Situation | None
@@ -375,3 +463,21 @@ class CheckedStep(Struct, frozen=True):
     visited: tuple[str, ...]
     cut_off: tuple[str, ...] = ()
     rests: tuple[Values, ...] = ()
+    rest: Values | None = None
+    moments: tuple[CheckedMoment, ...] = ()
+    ends: tuple[StepEnd, ...] = ()
+    has_reached: bool = False
+
+
+class StepEnd(NamedTuple):
+    """An end that a run may have on the way.
+
+    Attributes:
+        moments: the moments of the run until then, and those after its end.
+        rest: the values from which another goal can be pursued then; `None` if automatic transitions never end.
+        is_livelock: as in `PossibleEnd`.
+    """
+
+    moments: tuple[CheckedMoment, ...]
+    rest: Values | None
+    is_livelock: bool

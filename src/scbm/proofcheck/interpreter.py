@@ -8,6 +8,8 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING, assert_never
 
+from msgspec.structs import replace
+
 from scbm.model import GoalOrder, PlanSet, PlanState
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.proofcheck.certificate import Awaits, Situation
@@ -22,6 +24,7 @@ from scbm.proofcheck.checked_run import (
     PlannerAnswer,
     Question,
     ReplyEvent,
+    StepEnd,
 )
 from scbm.proofcheck.checker_planner import NoPlanExists, PlansFound, plans_of
 from scbm.proofcheck.guarded_parts import GuardedRules
@@ -136,9 +139,7 @@ class Interpreter:
         """Return the step in which the time limit passes; `None` where it is decided how the plan goes on."""
         if situation.awaits is Awaits.NEXT:
             return None
-        values = self._values(situation)
-        visited, rests = self._after_end(values, situation.in_flight)
-        return CheckedStep(None, values, visited, rests=rests)
+        return self._after_end(self._values(situation), situation.in_flight)
 
     def _measured(self, resource: Resource) -> Iterator[tuple[tuple[str, Value], ...]]:
         """Yield every choice of measured values.
@@ -206,7 +207,7 @@ class Interpreter:
             if situation in asked:
                 return self._step(run, None)
             asked[situation] = None
-            run.asked.append((run.values, ()))  # a limit can end the run here, too
+            run.note_limit()  # a limit can end the run here, too
             run.receive_answer()
             run.settle()
         if run.has_ended and not self._is_sequence and self._rules.outside:
@@ -215,30 +216,45 @@ class Interpreter:
 
     def _step(self, run: CheckedRun, situation: Situation | None) -> CheckedStep:
         cut_off: dict[str, None] = {}
-        is_at_rest = run.has_ended and not run.is_livelocked
-        rests: list[Values] = [run.values] if is_at_rest and self._is_sequence else []
-        for values, sent in run.asked:
-            visited, ends = self._after_end(values, sent)
-            cut_off |= dict.fromkeys(visited)
-            rests += ends
-        return CheckedStep(situation, run.values, tuple(run.visited), tuple(cut_off), tuple(rests))
+        rest = run.values if run.has_ended and not run.is_livelocked and self._is_sequence else None
+        ends = []
+        for possible in run.may_end:
+            ended = self._after_end(possible.values, possible.in_flight)
+            cut_off |= dict.fromkeys(ended.visited)
+            moments = (*run.moments[: possible.moments], *ended.moments)
+            ends.append(StepEnd(moments, ended.rest, possible.is_livelock))
+        rests = tuple(values for values in (rest, *(end.rest for end in ends)) if values is not None)
+        moments = tuple(run.moments)
+        return CheckedStep(
+            situation,
+            run.values,
+            tuple(run.visited),
+            tuple(cut_off),
+            rests,
+            rest,
+            moments,
+            tuple(ends),
+            run.has_reached,
+        )
 
-    def _after_end(self, values: Values, in_flight: Sequence[str]) -> tuple[tuple[str, ...], tuple[Values, ...]]:
-        """Return what is visited after the end of a run that a limit ends with these values, and the values then."""
+    def _after_end(self, values: Values, in_flight: Sequence[str]) -> CheckedStep:
+        """Return what follows the end of a run that a limit ends with these values, with the moments of its end."""
         run = self._run(values)
         run.in_flight = list(in_flight)
         run.end(PlanState.ABORTED)
         if not self._is_sequence:
-            return self._rest_of_run(run.values), ()
+            return CheckedStep(None, run.values, self._rest_of_run(run.values))
         step = self._settled_step(run.values)
-        return step.visited, step.rests
+        return replace(step, moments=(*run.moments, *step.moments))
 
     def _settled_step(self, values: Values) -> CheckedStep:
         """Return the step in which a runner without a goal settles; it has no rest if that never ends."""
         run = self._run(values)
         run.has_ended = True
         run.settle()
-        return CheckedStep(None, run.values, tuple(run.visited), rests=() if run.is_livelocked else (run.values,))
+        rest = None if run.is_livelocked else run.values
+        rests = () if rest is None else (rest,)
+        return CheckedStep(None, run.values, tuple(run.visited), rests=rests, rest=rest, moments=tuple(run.moments))
 
     def _rest_of_run(self, values: Values) -> tuple[str, ...]:
         """Return what is visited from these values on after the end of a run, whatever changes from outside."""

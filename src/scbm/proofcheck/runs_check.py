@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from scbm.model import OperationState, Role, format_value
@@ -21,7 +22,7 @@ from scbm.proofcheck.interpreter import Interpreter
 from scbm.proofcheck.valuations import TooManyStepsError, valuations
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.proofcheck.certificate import ClaimedObligation, GoalRuns, RunsArgument, Situation
@@ -29,8 +30,13 @@ if TYPE_CHECKING:
     from scbm.proofcheck.guarded_parts import Values
 
 
-def check_variables(variables: Sequence[str], model: BehaviorModel) -> Iterator[CertificateFlaw]:
-    """Yield a flaw for each way in which a variable that is not among `variables` could influence a run."""
+def check_variables(
+    variables: Sequence[str], model: BehaviorModel, read: Iterable[str] = ()
+) -> Iterator[CertificateFlaw]:
+    """Yield a flaw for each way in which a variable that is not among `variables` could influence a run.
+
+    `read` are variables that requirements read.
+    """
     space = model.running_space
     possible = [variable.name for variable in space if variable.role is not Role.OPERATION_STATE]
     if list(variables) != [name for name in possible if name in variables]:
@@ -39,7 +45,8 @@ def check_variables(variables: Sequence[str], model: BehaviorModel) -> Iterator[
         )
         return
     left_out = [name for name in possible if name not in variables]
-    for name, reason in _uses(variables, model):
+    of_requirements = ((name, "a requirement reads it") for name in read)
+    for name, reason in chain(_uses(variables, model), of_requirements):
         if name in left_out:
             yield CertificateFlaw(f"variable {name}", f"it is left out, but {reason}")
 
@@ -81,21 +88,29 @@ def check_runs(
     claimed: Sequence[ClaimedObligation], argument: RunsArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
     """Yield the flaws of the variables and goals, or else of the situations of each goal."""
-    flaws = [*check_variables(argument.variables, model)]
+    flaws = [*wrong_runs(argument, model)]
+    yield from flaws
+    if not flaws:
+        names = tuple(str(obligation) for obligation in claimed)
+        yield from _wrong_steps([*_checks(argument, model, names)], argument, model)
+
+
+def wrong_runs(argument: RunsArgument, model: BehaviorModel, read: Iterable[str] = ()) -> Iterator[CertificateFlaw]:
+    """Yield the flaws of the variables and goals, or else of the situations, but for their steps.
+
+    `read` are variables that requirements read.
+    """
+    flaws = [*check_variables(argument.variables, model, read)]
     if not model.goals or [runs.goal for runs in argument.runs] != [goal for goal, _ in model.goals]:
         flaws.append(CertificateFlaw("the goals", "they are not those of the model, each once and in order"))
     yield from flaws
-    if flaws:
-        return
-    names = tuple(str(obligation) for obligation in claimed)
-    checks = [
-        _RunsCheck(runs, _interpreter(argument, goal, model), argument.variables, names)
-        for (_, goal), runs in zip(model.goals, argument.runs, strict=True)
-    ]
-    malformed = [flaw for check in checks for flaw in check.malformed()]
-    yield from malformed
-    if not malformed:
-        yield from _wrong_steps(checks, argument, model)
+    if not flaws:
+        yield from (flaw for check in _checks(argument, model, ()) for flaw in check.malformed())
+
+
+def _checks(argument: RunsArgument, model: BehaviorModel, names: tuple[str, ...]) -> Iterator[_RunsCheck]:
+    for (_, goal), runs in zip(model.goals, argument.runs, strict=True):
+        yield _RunsCheck(runs, _interpreter(argument, goal, model), argument.variables, names)
 
 
 def _interpreter(argument: RunsArgument, goal: Predicate, model: BehaviorModel) -> Interpreter:

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import pytest
 from msgspec.structs import replace
 
 from scbm.cases import Case, CaseLimits
+from scbm.cases.trace import state_after
 from scbm.closing import CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import read_model
-from scbm.model import BehaviorModel, GoalOrder, RunPlans, RunsDeclaration
+from scbm.model import BehaviorModel, GoalOrder, RunPlans, RunsDeclaration, Value
 from scbm.testing import Campaign, Execution, RandomCases, Tester
+from scbm.testing.continuations import reachable_goals
+from scbm.testing.continuations.reachable_goals import LostGoals, ReachableGoals, UnknownReachabilityError
 from support.closings import closing_of
+from support.random_models import small_random_model
 from support.wording import Wording
 
 STOPPED = """
@@ -97,3 +104,36 @@ def test_a_goal_of_the_case_alone_is_none_of_the_model() -> None:
     other = replace(case, goal="other", origin=None)
     assert isinstance(other, Case)
     assert "non_blocking" not in [each.requirement for each in Tester(model).execute(other).violations]
+
+
+def last_states(model: BehaviorModel, count: int = 6) -> list[Mapping[str, Value]]:
+    tester, random = Tester(model), RandomCases(model)
+    return [state_after(tester.execute(random.case(1, number)).trace.records) for number in range(1, count + 1)]
+
+
+def answers(goals: Sequence[ReachableGoals], states: Sequence[Mapping[str, Value]]) -> list[LostGoals | str | None]:
+    found: list[LostGoals | str | None] = []
+    for each, state in zip(goals, states, strict=True):
+        try:
+            found.append(each.lost_after(state))
+        except UnknownReachabilityError:
+            found.append("unknown")
+    return found
+
+
+def test_what_is_unknown_does_not_depend_on_earlier_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    sequence = RunsDeclaration(GoalOrder.SEQUENCE)
+    models = [model_of(), *(replace(small_random_model(number), runs=sequence) for number in range(6))]
+    unknown = known = 0
+    for model in models:
+        states = last_states(model)
+        for most in (3, 10, 30, 100):
+            monkeypatch.setattr(reachable_goals, "MOST_SITUATIONS", most)
+            alone = answers([ReachableGoals(model) for _ in states], states)
+            for order in (states, states[::-1]):
+                shared = answers([ReachableGoals(model)] * len(states), order)
+                assert (shared if order is states else shared[::-1]) == alone
+            unknown += alone.count("unknown")
+            known += len(alone) - alone.count("unknown")
+    assert unknown > 20
+    assert known > 20

@@ -156,7 +156,8 @@ class _CloseRequest(Struct, frozen=True):
                 from scbm.closing.requirements.requirement_closer import RequirementCloser  # noqa: PLC0415 - few closings do
 
                 decisions = RequirementCloser(model, self.limits, show, self.interruption).decide(campaign, closing)
-                closing = replace(closing, requirements=decisions)
+                certificates = (*closing.certificates, *decisions.certificates)
+                closing = replace(closing, requirements=decisions, certificates=certificates)
         closing = with_waivers(closing, waivers)
         return ClosingResult(closing, suite, campaign, self._options, self.waivers)
 
@@ -240,7 +241,8 @@ def _print_verdict(checked: CheckedCertificate, model_path: Path) -> None:
 
 
 def _sizes(checked: CheckedCertificate) -> list[str]:
-    sizes = [counted(len(checked.obligations), "obligation")]
+    noun = "requirement" if checked.file.certificate.is_about_requirements else "obligation"
+    sizes = [counted(len(checked.file.certificate.claims), noun)]
     situations = checked.situations
     return sizes if situations is None else [*sizes, f"{counted(situations, 'situation')} checked"]
 
@@ -253,6 +255,7 @@ def _verdict_json(checked: CheckedCertificate) -> dict[str, Any]:
         "sound": checked.is_sound,
         "is_of_this_model": checked.is_of_this_model,
         "obligations": list(checked.obligations),
+        "requirements": list(checked.requirements),
         "situations": checked.situations,
         "assumptions": list(checked.assumptions),
         "flaws": [str(flaw) for flaw in checked.flaws],

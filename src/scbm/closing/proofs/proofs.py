@@ -163,20 +163,21 @@ class Proofs:
             if claims:
                 argument = self._argument(name, [obligation for obligation, _ in claims], runs)
                 claimed = tuple(str(obligation) for obligation, _ in claims)
-                planner = self._planner if runs is not None and runs.plans is PlanSet.CANONICAL else None
+                is_canonical = runs is not None and runs.plans is PlanSet.CANONICAL
+                planner = planner_of_proofs(self._model) if is_canonical else None
                 yield name, Certificate(self._model.name, digest, claimed, argument, planner)
-
-    @property
-    def _planner(self) -> PlannerIdentity:
-        """The planner without limits: they only end runs earlier, so claims about all runs hold with them too."""
-        return replace(planner_of(self._model), max_length=None, max_expanded=None)
 
     def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
         if kind == StructureArgument.kind:
             return StructureArgument(tuple(self._facts[obligation][0] for obligation in claimed))
         if kind == SetsArgument.kind and self.sets is not None:
             return self.sets.argument
-        return ValuesArgument(dict(self._values)) if runs is None else _runs_argument(runs)
+        return ValuesArgument(dict(self._values)) if runs is None else runs_argument(runs)
+
+
+def planner_of_proofs(model: BehaviorModel) -> PlannerIdentity:
+    """Return the planner without limits: they only end runs earlier, so claims about all runs hold with them too."""
+    return replace(planner_of(model), max_length=None, max_expanded=None)
 
 
 def by_runs(obligation: Obligation, runs: AllRuns) -> Proof | None:
@@ -259,7 +260,8 @@ def _reason_not_taken(obligation: Obligation, runs: AllRuns) -> str:
     return f"no run takes {obligation}: where its guard holds, an earlier one is taken, or it would change nothing"
 
 
-def _runs_argument(runs: AllRuns) -> RunsArgument:
+def runs_argument(runs: AllRuns) -> RunsArgument:
+    """Return the situations of explored runs as an argument of a certificate."""
     space = runs.program.packing.space
     names = tuple(name for name in runs.relevance.names if space[name].role is not Role.OPERATION_STATE)
     read = cache(runs.program.packing.reader(names))

@@ -10,17 +10,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.trace import End
+from scbm.closing.proofs.proofs import runs_argument
 from scbm.closing.requirements.violation_search import ViolatingWalk
 from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.walks import path_along
 from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
 from scbm.model.requirements import BuiltIn
 from scbm.planning.engines.breadth_first import BreadthFirst
-from scbm.running.untimed.situations import PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind
+from scbm.proofcheck import ContinuationsArgument, GoalContinuations
+from scbm.running.untimed.situations import NO_GOAL, PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind
 from scbm.testing.continuations.reachable_goals import LIMIT_ENDS, nominal_outside
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import Edge
@@ -70,17 +72,22 @@ class BlockingSearch:
     @cached_property
     def _open(self) -> tuple[int, ...]:
         """The goals that can be reached after all plain runs, and those that have to be."""
-        model = self._runs.model
-        plain = [node for node in self._nodes(self._is_plain) if self._graph.is_at_rest(node)]
-        return tuple(
-            goal
-            for goal, (name, _) in enumerate(model.goals)
-            if name in model.reachable_again or all(node in self._reaching[goal] for node in plain)
-        )
+        again = self._runs.model.reachable_again
+        goals = enumerate(self._runs.model.goals)
+        return tuple(goal for goal, (name, _) in goals if name in again or self._plain_loss(goal) is None)
+
+    def _plain_loss(self, goal: int) -> int | None:
+        """Return the first rest of plain runs after which a goal cannot be reached; `None` if there is none."""
+        rests = (node for node in self._plain.states[1:] if self._graph.is_at_rest(node))
+        return next((node for node in rests if node not in self._reaching[goal]), None)
 
     @cached_property
-    def _reaching(self) -> tuple[Mapping[int, None], ...]:
-        """For each goal the nodes from which continuations lead to it."""
+    def _plain(self) -> BreadthFirst[int, Edge]:
+        return self._searched(self._is_plain)
+
+    @cached_property
+    def _reaching(self) -> tuple[Mapping[int, int], ...]:
+        """For each goal the nodes from which continuations lead to it, with the number of steps before the last."""
         graph = self._graph
         before: dict[int, list[int]] = {}
         ends: list[list[int]] = [[] for _ in graph.goals]
@@ -100,15 +107,17 @@ class BlockingSearch:
 
     # histories
 
-    def _nodes(self, follows: Callable[[int, Edge], bool]) -> Iterable[int]:
+    def _nodes(self, follows: Callable[[int, Edge], bool]) -> Sequence[int]:
         """Return the nodes that some edges lead to, the nearest first."""
+        return self._searched(follows).states[1:]
 
+    def _searched(self, follows: Callable[[int, Edge], bool], start: int = 0) -> BreadthFirst[int, Edge]:
         def successors(node: int) -> Iterator[tuple[Edge, int]]:
             return ((edge, edge.target) for edge in self._graph.edges(node) if edge.target > 0 and follows(node, edge))
 
-        search = BreadthFirst((0,), successors)
+        search = BreadthFirst((start,), successors)
         search.expand_all()
-        return search.states[1:]
+        return search
 
     def _is_of_history(self, node: int, edge: Edge) -> bool:  # noqa: ARG002 - as `_is_plain`
         return self._graph.label(edge.number) not in (TIME_LIMIT, PLAN_LIMIT) and not any(
@@ -130,6 +139,34 @@ class BlockingSearch:
         starts = [label for edge in self._graph.edges(0) if isinstance(label := self._graph.label(edge.number), Start)]
         nominal = [start for start in starts if all(start.values[name] == value for name, value in outside.items())]
         return nominal or starts
+
+    # certificates
+
+    @property
+    def certificate(self) -> ContinuationsArgument:
+        """The argument that no history makes an open goal unreachable; only if `blocked` is empty."""
+        argument = runs_argument(self._runs)
+        positions = self._graph.positions
+        rests = [number for number, position in enumerate(positions) if position.is_at_rest]
+        order = sorted(range(len(positions)), key=lambda number: max(positions[number].goal, NO_GOAL))
+        numbers = {node + 1: number for number, node in enumerate(order)}
+        space = self._runs.program.packing
+        return ContinuationsArgument(
+            argument.variables,
+            argument.runs,
+            argument.goals,
+            argument.plans,
+            rests=tuple(map(space.reader(argument.variables), (positions[number].state for number in rests))),
+            answers=tuple(self._answer(goal, name, numbers) for goal, (name, _) in enumerate(self._graph.goals)),
+        )
+
+    def _answer(self, goal: int, name: str, numbers: Mapping[int, int]) -> GoalContinuations:
+        lost = None if goal in self._open else self._plain_loss(goal)
+        if lost is None:
+            return GoalContinuations(name, tuple(self._reaching[goal].get(node, -1) for node in numbers))
+        history = tuple(numbers[edge.target] for edge in self._plain.actions_to(lost))
+        after = self._searched(lambda _, edge: _may_continue(self._graph.label(edge.number)), lost)
+        return GoalContinuations(name, history=history, closed=tuple(sorted(numbers[node] for node in after.states)))
 
     # walks
 
@@ -157,11 +194,12 @@ def _may_continue(label: Happening | Start) -> bool:
     return label.kind is not HappeningKind.REPLY or label.succeeded
 
 
-def _leading_to(nodes: Iterable[int], before: Mapping[int, Iterable[int]]) -> Mapping[int, None]:
-    found = dict.fromkeys(nodes)
-    pending = list(found)
-    while pending:
-        new = {node: None for node in before.get(pending.pop(), ()) if node not in found}
+def _leading_to(nodes: Iterable[int], before: Mapping[int, Iterable[int]]) -> Mapping[int, int]:
+    """Return the nodes that lead to some nodes, each with its distance; `before` has the predecessors of each."""
+    found = dict.fromkeys(nodes, 0)
+    frontier = list(found)
+    while frontier:
+        new = {node: found[last] + 1 for last in frontier for node in before.get(last, ()) if node not in found}
         found |= new
-        pending += new
+        frontier = list(new)
     return found

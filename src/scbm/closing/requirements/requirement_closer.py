@@ -21,6 +21,7 @@ from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.requirements.blocking_search import BlockingSearch
 from scbm.closing.requirements.recovery_search import RecoverySearch
 from scbm.closing.requirements.request_monitor import RequestMonitor
+from scbm.closing.requirements.requirement_certificates import claim_of, requirement_certificates
 from scbm.closing.requirements.sentence_decisions import SentenceDecisions, why_incomplete
 from scbm.closing.requirements.violating_cases import RequirementKey, ViolatingCases, failure_of
 from scbm.closing.requirements.violation_search import ViolationSearch
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from scbm.closing.requirements.recovery_search import MissedGoal
     from scbm.closing.runs.all_runs import CloseLimits, RunScope
     from scbm.model import BehaviorModel, Requirement
+    from scbm.proofcheck import Certificate
     from scbm.testing import Campaign
 
 BESIDE = 4
@@ -80,6 +82,8 @@ class RequirementCloser:
         self._situations = 0
         self._is_any_waiting = self._is_any_livelocked = self._is_interrupted = False
         self._blocks_under_other_plans = False
+        self._proved: dict[RequirementKey, AllRuns] = {}
+        self._continued: BlockingSearch | None = None
 
     def decide(self, suite: Campaign, closing: Closing) -> RequirementDecisions:
         """Return the decisions.
@@ -105,7 +109,19 @@ class RequirementCloser:
         decided += self._sentences.decided(names)
         holds = any(each.holds for each in decided) and self._situations > 0
         assumed = tuple(self._assumptions(asked)) if holds else ()
-        return RequirementDecisions(tuple(decided), self._situations, assumed, self._is_interrupted)
+        certificates = tuple(self._certificates(decided))
+        proofs = {claim: name for name, certificate in certificates for claim in certificate.claims}
+        certified = tuple(replace(each, certificate=proofs.get(claim_of(_key(each)))) for each in decided)
+        return RequirementDecisions(certified, self._situations, assumed, self._is_interrupted, certificates)
+
+    def _certificates(self, decided: Sequence[DecidedRequirement]) -> Iterator[tuple[str, Certificate]]:
+        """Yield the certificates of what holds; none is about requirements that the model does not have."""
+        own = [requirement.name for requirement in self._model.requirements]
+        keys = [_key(each) for each in decided if each.holds and (each.is_built_in or each.name in own)]
+        proved = {**self._proved, **self._sentences.proved}
+        is_continued = RequirementKey(BuiltIn.NON_BLOCKING.value, is_built_in=True) in keys
+        continued = self._continued if is_continued else None
+        yield from requirement_certificates(self._model, {key: proved[key] for key in keys if key in proved}, continued)
 
     def _not_judged(self) -> Iterator[tuple[str, str]]:
         """Yield the built-in requirements that are not decided, each with the reason."""
@@ -154,6 +170,8 @@ class RequirementCloser:
                 self._open[name] = (_NOT_SHOWN, None)
             elif not search.is_complete:
                 self._open[name] = why_incomplete(runs)
+            else:
+                self._proved[RequirementKey(name, is_built_in=True)] = runs
         wanted = [key for name in violated if (key := RequirementKey(name, is_built_in=True)) not in self._cases]
         if wanted:
             shown = self._with_canonical_plans(runs)
@@ -200,6 +218,7 @@ class RequirementCloser:
                 self._cases.try_walks(canonical, search.walks(), (key,))
                 self._cases.try_random((key,))
         else:
+            self._continued = search if canonical.proves else None
             self._blocks_under_other_plans = not self._sentences.leaves_behind_no_more(search.rests, canonical)
 
     def _with_canonical_plans(self, runs: AllRuns) -> AllRuns:
@@ -249,6 +268,10 @@ class RequirementCloser:
             yield _IN_TIME
         if BuiltIn.NON_BLOCKING.value in asked:
             yield _NO_LIMITS
+
+
+def _key(decided: DecidedRequirement) -> RequirementKey:
+    return RequirementKey(decided.name, decided.is_built_in)
 
 
 _HIDING = (BuiltIn.NO_ORPHAN, BuiltIn.READY_AGAIN, BuiltIn.NON_BLOCKING)

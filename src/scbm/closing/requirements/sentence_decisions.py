@@ -59,7 +59,11 @@ class SentenceAnswer(Struct, frozen=True):
 
 
 class SentenceDecisions:
-    """The decisions about the requirements of the user."""
+    """The decisions about the requirements of the user.
+
+    Attributes:
+        proved: the runs of which none violates a requirement, for those that a certificate can claim.
+    """
 
     def __init__(
         self, requirements: Sequence[Requirement], cases: ViolatingCases, limits: CloseLimits, explore: Explore
@@ -77,6 +81,7 @@ class SentenceDecisions:
         self._limits = limits
         self._explore = explore
         self._answers: dict[str, SentenceAnswer] = {}
+        self.proved: dict[RequirementKey, AllRuns] = {}
         self._any_plans: AllRuns | None = None
 
     @property
@@ -117,12 +122,14 @@ class SentenceDecisions:
         for requirement in requirements:
             self._answers[requirement.name] = self._decided_in(runs, requirement)
         held = [each for each in requirements if self._answers[each.name].status is RequirementStatus.HOLDS]
-        if held and runs.plans is PlanSet.CANONICAL:
-            others = self._with_any_plans(runs)
-            for requirement in held:
-                if others is None or self._answer(others, requirement).status is not RequirementStatus.HOLDS:
-                    where = self._answers[requirement.name].reason
-                    self._answers[requirement.name] = SentenceAnswer(RequirementStatus.HOLDS_CANONICAL, where)
+        others = self._with_any_plans(runs) if held else None
+        for requirement in held:
+            proves = others
+            if others is None or self._answer(others, requirement).status is not RequirementStatus.HOLDS:
+                where, proves = self._answers[requirement.name].reason, runs
+                self._answers[requirement.name] = SentenceAnswer(RequirementStatus.HOLDS_CANONICAL, where)
+            if proves is not None and requirement.sentence.is_safety:
+                self.proved[RequirementKey(requirement.name)] = proves
 
     def _with_any_plans(self, runs: AllRuns) -> AllRuns | None:
         """Return the same runs with any plans; `None` if they are too many, as canonical plans are some of them."""

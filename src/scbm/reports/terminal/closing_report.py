@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from scbm.closing import Closing, ClosingCase, Decided
     from scbm.closing.closing_files import ClosingFiles
     from scbm.closing.closing_result import ClosingResult
-    from scbm.closing.decisions import DecidedRequirement, StageEnd
+    from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, StageEnd
 
 _BAR_WIDTH = 50
 _MIN_BAR_WIDTH = 10
@@ -334,10 +334,18 @@ def _requirements(closing: Closing, columns: int) -> Iterator[Text]:
             yield Text(f"  {'':<{width}}  {each.option} raises this limit", style="dim")
     if found.assumptions:
         followed = f"{counted(found.situations, 'situation')} of runs were followed"
-        yield from _wrapped(f"{followed}. Answers `holds` have no certificate, and assume:", 2, columns, "")
+        yield from _wrapped(f"{followed}. Answers `holds` {_certified(found)}assume:", 2, columns, "")
     for sentence in found.assumptions:
         for line in wrap(sentence, columns - 6):
             yield Text(f"      {line}", style="dim")
+
+
+def _certified(found: RequirementDecisions) -> str:
+    """Return which answers that hold have no certificate, as the beginning of a sentence about all of them."""
+    without = [each.name for each in found.decided if each.holds and each.certificate is None]
+    if len(without) == sum(each.holds for each in found.decided):
+        return "have no certificate, and "
+    return f"have certificates, but for {', '.join(without)}; they " if without else "have certificates, and "
 
 
 def _status_words(decided: DecidedRequirement) -> str:
