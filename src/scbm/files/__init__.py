@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from scbm.files.case_editing import edited_case
     from scbm.files.codec.case_files import (
         CaseDocument,
         is_case_text,
         is_model_text,
         open_case,
+        parse_case,
         read_case,
         read_network,
         write_case,
@@ -63,6 +65,7 @@ __all__ = [
     "case_schema",
     "count_entries",
     "digest_of",
+    "edited_case",
     "is_case_text",
     "is_model_text",
     "load_bindings",
@@ -74,6 +77,7 @@ __all__ = [
     "open_case",
     "open_input",
     "parse_action",
+    "parse_case",
     "parse_duration",
     "parse_predicate",
     "parse_requirement",
@@ -104,8 +108,10 @@ __all__ = [
 __getattr__ = lazy_exports(
     __name__,
     {
+        "case_editing": "edited_case",
         "codec.case_files": (
-            "CaseDocument is_case_text is_model_text open_case read_case read_network write_case write_network"
+            "CaseDocument is_case_text is_model_text open_case parse_case read_case read_network "
+            "write_case write_network"
         ),
         "codec.model_files": (
             "Places count_entries digest_of load_bindings load_located load_model load_waivers read_bindings "

@@ -59,6 +59,16 @@ class CaseDocument:
         self._report = report
 
     @property
+    def tree(self) -> YamlNode:
+        """The tree of the text."""
+        return self._document
+
+    @property
+    def source(self) -> SourceText:
+        """The text."""
+        return self._source
+
+    @property
     def name(self) -> str:
         """The name of the case, or of the file if the case has none."""
         node = self._document.get("case")
@@ -121,7 +131,12 @@ def _exists(path: Path) -> bool:
 
 def open_case(path: str | Path) -> CaseDocument:
     """Return the parsed case of a file. Raises `InputError` if the file cannot be read, or is no YAML mapping."""
-    return CaseDocument(*read_tree(read_file(Path(path)), str(path), "case", _START))
+    return parse_case(read_file(Path(path)), str(path))
+
+
+def parse_case(text: str, file: str = "case") -> CaseDocument:
+    """Return the parsed case of a text. Raises `InputError` if it is no YAML mapping; `file` is its name in errors."""
+    return CaseDocument(*read_tree(text, file, "case", _START))
 
 
 def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
@@ -132,7 +147,7 @@ def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
         model: the model that names are resolved in.
         file: the name of the text in errors.
     """
-    return CaseDocument(*read_tree(text, file, "case", _START)).read(model)
+    return parse_case(text, file).read(model)
 
 
 def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Network:

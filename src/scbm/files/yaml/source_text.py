@@ -40,6 +40,10 @@ class SourceText:
         column = min(index - self._starts[line], len(self.lines[line]))
         return Place(self.file, line + 1, column + 1, length)
 
+    def index(self, place: Place) -> int:
+        """Return the index of the character at a place that is known in line and column."""
+        return self._starts[place.line - 1] + place.column - 1
+
     def stretch(self, begin: int, end: int) -> Place:
         """Return the place of the characters `begin..end`, cut to their first line."""
         place = self.place(begin)

@@ -67,7 +67,9 @@ class _UnusualError(Exception):
     """The data has a part that only ruamel.yaml lays out."""
 
 
-_PLAIN = re.compile(r"[a-zA-Z_][a-zA-Z0-9_.]{,40}(?: [a-zA-Z0-9_.=&|<>()-]{1,40}){,2}")
+_PLAIN = re.compile(
+    r"[a-zA-Z_][a-zA-Z0-9_.]{,40}(?: [a-zA-Z0-9_.=&|<>()-]{1,40}){,2}|\d{1,15}(?:\.\d{1,15})? (?:[num]?s|min|h)"
+)
 """Some of the texts that need no quotes anywhere, unless they are words of YAML: they need no ruamel.yaml."""
 
 _WORDS = ("true", "false", "null", "yes", "no", "on", "off", "y", "n")
