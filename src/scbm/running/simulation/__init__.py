@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     )
     from scbm.running.simulation.environment_moves import DrawnMoves, RecordedMoves
     from scbm.running.simulation.free_choices import Choices, MessageKind, Reactions, leave_nothing_open
-    from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError, UnplannedError
+    from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError, UnfinishedRunError, UnplannedError
 
 __all__ = [
     "Choices",
@@ -29,6 +29,7 @@ __all__ = [
     "Simulated",
     "Simulator",
     "TooLongError",
+    "UnfinishedRunError",
     "UnplannedError",
     "leave_nothing_open",
     "plainly_measured",
@@ -41,6 +42,6 @@ __getattr__ = lazy_exports(
         "default_reactions": "DrawnReactions PlainReactions plainly_measured typical_ns",
         "environment_moves": "DrawnMoves RecordedMoves",
         "free_choices": "Choices MessageKind Reactions leave_nothing_open",
-        "simulator": "Simulated Simulator TooLongError UnplannedError",
+        "simulator": "Simulated Simulator TooLongError UnfinishedRunError UnplannedError",
     },
 )

@@ -43,7 +43,7 @@ from scbm.running.simulation.simulated_resources import Job, SimulatedResource
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scbm.cases import Case, CaseLimits, EnvironmentChange, Restart
+    from scbm.cases import Case, CaseLimits, EnvironmentChange, Reaction, Restart
     from scbm.cases.trace import Changes, Record
     from scbm.model import BehaviorModel
     from scbm.planning import Answer, PlanSource
@@ -79,27 +79,35 @@ class Simulated(Struct, frozen=True):
     hazards: tuple[Hazard, ...] = ()
 
 
-class TooLongError(Exception):
-    """A run has more records than the caller allows.
+class UnfinishedRunError(Exception):
+    """A run was not finished.
 
     Attributes:
         records: the records so far.
+        reactions: what was decided about its requests so far.
     """
 
-    def __init__(self, records: tuple[Record, ...]) -> None:
-        super().__init__(f"more than {len(records)} records")
-        self.records = records
+    def __init__(self, message: str, records: tuple[Record, ...], reactions: tuple[Reaction, ...]) -> None:
+        super().__init__(message)
+        self.records, self.reactions = records, reactions
 
 
-class UnplannedError(Exception):
+class TooLongError(UnfinishedRunError):
+    """A run has more records than the caller allows."""
+
+    def __init__(self, records: tuple[Record, ...], reactions: tuple[Reaction, ...]) -> None:
+        super().__init__(f"more than {len(records)} records", records, reactions)
+
+
+class UnplannedError(UnfinishedRunError):
     """A run asks for a plan that the source of plans refuses.
 
     Attributes:
         plans: the number of plans that the run has got before.
     """
 
-    def __init__(self, plans: int) -> None:
-        super().__init__(f"plan {plans + 1} is refused")
+    def __init__(self, plans: int, records: tuple[Record, ...], reactions: tuple[Reaction, ...]) -> None:
+        super().__init__(f"plan {plans + 1} is refused", records, reactions)
         self.plans = plans
 
 
@@ -262,7 +270,7 @@ class _SimulationRun:
         try:
             while self._goals:
                 if most_records is not None and len(self._records) > most_records:
-                    raise TooLongError(tuple(self._records))
+                    raise TooLongError(tuple(self._records), self._choices.taken)
                 self._handle(self._next_event())
         except _ImpossibleChangeError as error:
             self._end, impossible = End.IMPOSSIBLE, error.change
@@ -465,7 +473,7 @@ class _SimulationRun:
             plans = self._choices.plans or simulator.plans
             answer = plans.plan(asked.state, asked.goal, simulator.plan_limits)
         except PlanRefusedError as error:
-            raise UnplannedError(asked.ask - 1) from error
+            raise UnplannedError(asked.ask - 1, tuple(self._records), self._choices.taken) from error
         plan = answer.plan if isinstance(answer, Solved) else ()
         if self._case.plans and self._is_still_a_plan(asked, answer):
             plan = self._case.plans[asked.ask - 1].plan
