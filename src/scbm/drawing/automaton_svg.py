@@ -98,6 +98,8 @@ class AutomatonPicture:
     def _draw_node(self, parent: Element, node: DrawnNode, number: int) -> None:
         (width, height), middle = self._sizes[number], self._layout.nodes[number]
         value_box(parent, middle, LayoutNode(width, height), is_nominal=node.is_nominal, is_allowed=node.is_allowed)
+        if node.is_present:
+            box(parent, middle, width, height, fill=colour("excluded"), fill_opacity=0.35, stroke="none")
         words = [node.label, *(["nominal value"] if node.is_nominal else [])]
         words += ["allowed initial value"] if node.is_allowed else []
         top = middle.y - height / 2

@@ -95,11 +95,13 @@ class DrawnNode(Struct, frozen=True):
         label: the value.
         is_nominal: whether it is or has the nominal value.
         is_allowed: whether runs may begin with it or with one of its values.
+        is_present: whether it is or has the value at a moment that is shown.
     """
 
     label: str
     is_nominal: bool
     is_allowed: bool
+    is_present: bool = False
 
 
 class DrawnAutomaton(Struct, frozen=True):
