@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
 SOURCE = Path(__file__).parents[1] / "src" / "scbm"
-BESIDE_THE_CORE = ("drawing", "mutation", "nodes", "pddl")
+BESIDE_THE_CORE = ("drawing", "mutation", "nodes", "pddl", "web")
 """Folders whose modules are no part of the core."""
 
 _NO_CODE = (

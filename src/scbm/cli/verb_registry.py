@@ -36,6 +36,10 @@ VERBS: dict[str, VerbEntry] = {
         "Find a plan to a goal, or show why there is none; without `--goal` for each goal of the model.",
     ),
     "run": VerbEntry("scbm.cli.verbs.run", "Run one goal against simulated resources, and show what happens."),
+    "console": VerbEntry(
+        "scbm.web.console",
+        "Open a page to run a model step by step: each click is a line of a test case.",
+    ),
     "test": VerbEntry(
         "scbm.cli.verbs.test",
         "Run case files and random cases, judge them, and report their coverage of the model.",

@@ -43,6 +43,7 @@ COMMANDS: dict[str, str] = {
     "run": "run {model} --goal opened",
     "test": "test {model} {case} --waivers {waivers} --bindings {bindings} --certificates {certificates}",
     "mutate": "mutate {model} {case}",
+    "console": "console {model} {case} --store {store}",
     "close": "close {model} --suite {case} --waivers {waivers}",
     "replay": "replay {case} --model {model}",
     "trace": "trace {case} --model {model}",

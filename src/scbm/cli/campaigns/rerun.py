@@ -105,7 +105,7 @@ def _of_case(asked: AskedRun) -> Rerun:
         message, remedy = "the case has the plans of its run", "leave it out, or remove `plans:` from the case"
         raise option_error(asked.planner.words[0], message, remedy)
     if asked.planner.name is None and read.recorded is not None and not read.plans:  # else no planner is asked
-        model = _with_planner_of(read.recorded.planner, model, asked.file)
+        model = with_planner_of(read.recorded.planner, model, asked.file)
     model = asked.planner.applied(model)
     requirements = read_requirements(asked.require, model)
     case = complete(read, requirements, read_time_limit(asked.time_limit), model)
@@ -114,7 +114,7 @@ def _of_case(asked: AskedRun) -> Rerun:
     return Rerun(model, Tester(model).execute(case), recorded, "case", remedy, writer)
 
 
-def _with_planner_of(planner: PlannerIdentity, model: BehaviorModel, file: Path) -> BehaviorModel:
+def with_planner_of(planner: PlannerIdentity, model: BehaviorModel, file: Path) -> BehaviorModel:
     """Return the model with the planner that a case was recorded with. Raise `InputError` if there is none such."""
     if planner.name not in (*PLANNERS, DRAWN_PLANS):
         message = f"the case was recorded with the planner `{planner.name}`, which this scbm does not have"

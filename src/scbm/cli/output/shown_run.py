@@ -45,12 +45,13 @@ def show_run(
     if trace is not None:
         writer.write("--trace", trace, write_trace(execution.trace).encode())
     if json:
-        write_json(_json(model, execution) | (more or {}))
+        write_json(run_json(model, execution) | (more or {}))
     else:
         results().lines(timeline(model, execution, every=every, columns=report_columns()))
 
 
-def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
+def run_json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
+    """Return a run as the data of `scbm run --json`."""
     return {
         "format_version": FORMAT_VERSION,
         "model": execution.trace.model,
