@@ -25,7 +25,7 @@ from scbm.model import InputError, format_value
 from scbm.model.requirements import BUILT_IN_NAMES
 from scbm.model.variables import Role
 from scbm.planning import PlanCache, Planner, PlanRefusedError, SearchCancelledError
-from scbm.reports.html.timelines import pack_timelines
+from scbm.reports.html.timelines import KnownRecords, pack_timelines
 from scbm.running.simulation import Simulated, UnfinishedRunError
 from scbm.testing import Tester
 from scbm.web.case_edits import CASE_EDITS, EditedMoment, EditError, edit_data
@@ -127,6 +127,7 @@ class ConsoleRuns:
         """Load the model. Raise `InputError` with its errors."""
         self.model = load_model(file)
         self._own = _LimitedTester.of(self.model)
+        self._known: KnownRecords = {}
         self._recent: dict[str, ConsoleRun] = {}
         self._picture = lru_cache(200)(self._drawn)
 
@@ -196,7 +197,7 @@ class ConsoleRuns:
             "limit": run.limit,
             "visited": run.tester.obligations.names(execution.visited),
             "requirements": [*own, *(name for name in BUILT_IN_NAMES if name not in off)],
-            "timeline": pack_timelines(self.model, [execution]),
+            "timeline": pack_timelines(self.model, [execution], self._known),
         }
 
     # texts

@@ -56,7 +56,8 @@ class Repetition(Struct, frozen=True):
 def find_repetition(records: Sequence[Record]) -> Repetition | None:
     """Return the repetition with which the last run for a goal ends; `None` if it does not repeat so."""
     last = next((index for index in reversed(range(len(records))) if isinstance(records[index], RunEnded)), None)
-    if last is None:
+    turning = (record for record in records if isinstance(record, (PlanAsked, MeasurementReceived)))
+    if last is None or sum(1 for _ in turning) < FEWEST_TURNS:
         return None
     keys = [_key(record) for record in records[:last]]
     for length in range(1, min(_MAX_TURN, last // FEWEST_TURNS) + 1):

@@ -32,8 +32,10 @@ from __future__ import annotations
 from base64 import b64encode
 from itertools import islice, pairwise
 from json import dumps
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, assert_never, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, assert_never, get_args
 from zlib import compress
+
+from msgspec.structs import astuple
 
 from scbm.cases.trace import (
     AutomaticTaken,
@@ -71,15 +73,17 @@ from scbm.testing.verdicts import violation_of
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from scbm.cases.trace import Sentence
     from scbm.model import BehaviorModel
     from scbm.testing import Execution, Failure
     from scbm.testing.requirement_monitors import Violation
 
 _PER_BLOCK = 64
 
-_LEVEL = 9
-"""The level of compression: the highest, as a report is written once and sent around often."""
+_LEVEL, _QUICK_LEVEL = 9, 1
+"""The levels of compression: the highest for reports, which are sent around; the lowest for a page of one run."""
+
+_MOST_KNOWN = 100_000
+"""Maximum number of memoized records."""
 
 _KINDS = tuple(record.kind for record in get_args(Record))
 
@@ -91,12 +95,23 @@ _Step: TypeAlias = tuple[int, ...]
 _Thing = TypeVar("_Thing")
 
 
-def pack_timelines(model: BehaviorModel, executions: Iterable[Execution | None]) -> dict[str, Any]:
+KnownRecords: TypeAlias = dict[tuple[Any, ...], "_RecordParts"]
+"""What is packed of records, by all of their fields but the time."""
+
+
+def pack_timelines(
+    model: BehaviorModel, executions: Iterable[Execution | None], known: KnownRecords | None = None
+) -> dict[str, Any]:
     """Return the packed runs of cases, in order; `None` stands for a case that cannot be run again.
 
     The executions are consumed one by one, and none is kept in memory.
+
+    Args:
+        model: the model.
+        executions: the runs.
+        known: a memo for simulated runs that are packed one after the other, each soon after it is wanted.
     """
-    packer = _Packer(model)
+    packer = _Packer(model, known)
     packed = list(packer.blocks(executions))
     return {
         "per_block": _PER_BLOCK,
@@ -106,10 +121,19 @@ def pack_timelines(model: BehaviorModel, executions: Iterable[Execution | None])
     }
 
 
+class _RecordParts(NamedTuple):
+    """What is packed of a record beside its time: texts, changes by position, and the number of its request."""
+
+    texts: tuple[str, ...]
+    changes: tuple[tuple[int, str], ...]
+    number: int | None
+
+
 class _Packer:
     """Assigns indices to the texts, steps and variables of runs."""
 
-    def __init__(self, model: BehaviorModel) -> None:
+    def __init__(self, model: BehaviorModel, known: KnownRecords | None) -> None:
+        self._known, self._level = known, _LEVEL if known is None else _QUICK_LEVEL
         self._nominal_state = model.nominal_state
         self._texts: dict[str, int] = {}
         self._positions = {name: position for position, name in enumerate(model.running_space.names)}
@@ -122,7 +146,8 @@ class _Packer:
     def shared(self) -> str:
         """Return the data that all blocks share, compressed; it is complete once all blocks are packed."""
         return _compressed(
-            {"texts": [escaped(text) for text in self._texts], "kinds": list(_KINDS), "variables": self._variables}
+            {"texts": [escaped(text) for text in self._texts], "kinds": list(_KINDS), "variables": self._variables},
+            self._level,
         )
 
     def blocks(self, executions: Iterable[Execution | None]) -> Iterator[tuple[int, str]]:
@@ -134,19 +159,19 @@ class _Packer:
             cases = [self._case(execution, steps) for execution in islice(rest, _PER_BLOCK)]
             if not cases:
                 return
-            yield len(cases), _compressed({"steps": list(steps), "cases": cases})
+            yield len(cases), _compressed({"steps": list(steps), "cases": cases}, self._level)
 
     def _case(self, execution: Execution | None, steps: dict[_Step, int]) -> dict[str, Any] | None:
         if execution is None:
             return None
         records, spans = execution.trace.records, execution.spans
         times = [record.at_ns for record in records]
-        sentences = [execution.sentence(record, self._nominal_state) for record in records]
-        packed = [self._step(record, sentence) for record, sentence in zip(records, sentences, strict=True)]
+        parts = [self._parts(record, execution) for record in records]
+        packed = [self._step(record.kind, part) for record, part in zip(records, parts, strict=True)]
         return {
             "steps": [_number(steps, step) for step in packed],
             "after_ns": _differences(times),
-            "numbers": _differences(list(_numbers(sentences))),
+            "numbers": _differences(list(_numbers(parts))),
             "operations": self._spans(spans.operations),
             "requests": self._spans(spans.requests),
             "plans": self._spans(spans.plans),
@@ -172,15 +197,28 @@ class _Packer:
         reason = self._text(violation.reason)
         return (self._text(violation.requirement), violation.begins, violation.record, violation.at_ns, reason)
 
-    def _step(self, record: Record, sentence: Sentence) -> _Step:
-        texts = (*_lane(record), sentence.text)
-        changes = (part for name, value in self._changes(record).items() for part in (name, value))
-        return (_KINDS.index(record.kind), *map(self._text, texts), *changes)
+    def _step(self, kind: str, parts: _RecordParts) -> _Step:
+        changes = (part for position, value in parts.changes for part in (position, self._text(value)))
+        return (_KINDS.index(kind), *map(self._text, parts.texts), *changes)
 
-    def _changes(self, record: Record) -> dict[int, int]:
-        """Return the changes of a record by index; for the start of the runner the values that are not nominal."""
+    def _parts(self, record: Record, execution: Execution) -> _RecordParts:
+        """Return what is packed of a record; memoized where runs are packed one after the other."""
+        if self._known is None:
+            return self._new_parts(record, execution)
+        key = (record.kind, *astuple(record)[1:])
+        found = self._known.get(key)
+        if found is None:
+            found = self._new_parts(record, execution)
+            if len(self._known) < _MOST_KNOWN:
+                self._known[key] = found
+        return found
+
+    def _new_parts(self, record: Record, execution: Execution) -> _RecordParts:
+        """Return the parts; the changes of the start of the runner are the values that are not nominal."""
+        sentence = execution.sentence(record, self._nominal_state)
         changes = dict(differing(record, self._nominal) if isinstance(record, RunnerStarted) else record.changes)
-        return {self._positions[name]: self._text(format_value(value)) for name, value in changes.items()}
+        by_position = tuple((self._positions[name], format_value(value)) for name, value in changes.items())
+        return _RecordParts((*_lane(record), sentence.text), by_position, sentence.number)
 
     def _text(self, text: str) -> int:
         return _number(self._texts, text)
@@ -250,11 +288,11 @@ def _lane(record: Record) -> tuple[str, str, str]:  # noqa: C901, PLR0911, PLR09
             assert_never(record)
 
 
-def _numbers(sentences: Iterable[Sentence]) -> Iterator[int]:
-    """Yield the number of each sentence; a sentence without one has that of the sentence before."""
+def _numbers(parts: Iterable[_RecordParts]) -> Iterator[int]:
+    """Yield the number of each record; a record without one has that of the record before."""
     number = 0
-    for sentence in sentences:
-        number = number if sentence.number is None else sentence.number
+    for each in parts:
+        number = number if each.number is None else each.number
         yield number
 
 
@@ -268,6 +306,6 @@ def _differences(numbers: Sequence[int]) -> list[int]:
     return [number - before for before, number in pairwise((0, *numbers))]
 
 
-def _compressed(data: dict[str, Any]) -> str:
+def _compressed(data: dict[str, Any], level: int) -> str:
     written = dumps(data, ensure_ascii=False, separators=(",", ":")).encode()
-    return b64encode(compress(written, _LEVEL)).decode()
+    return b64encode(compress(written, level)).decode()
