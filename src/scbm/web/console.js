@@ -223,7 +223,7 @@ async function search(event) {
   }
   byId("cancel").hidden = true;
   const verdict = { covered: "here it is", excluded: "proved: no run visits it", uncoverable: "proved: no run visits it", undecided: "not found within the limits" };
-  const words = answer.state === "none" ? "Cancelled." : `${answer.obligation}: ${verdict[answer.decision] ?? "not found"}. ${answer.reason}`;
+  const words = answer.state === "none" ? "Cancelled." : `${answer.obligation}: ${verdict[answer.decision] ?? "not found"}; ${answer.reason}`;
   byId("found").textContent = words;
   if (answer.text) {
     remember();
@@ -335,7 +335,7 @@ async function save(event) {
     await run();
     say(`Saved as ${answer.path}${body.records && !answer.recorded ? "; without a result, as the case fails" : ""}`);
     note("refused", "");
-    byId("found").textContent = byId("said").textContent;
+    byId("saved").textContent = byId("said").textContent;
   } else await showAnswer(answer);
 }
 

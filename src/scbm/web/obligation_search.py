@@ -40,7 +40,7 @@ class _Search:
         (decided, *_), cases = found["obligations"], found["cases"]
         reasons = [decided["reason"], *(each["text"] for each in decided["suggestions"])]
         case = {"text": cases[0]["text"], "record": decided["visit"]["record"]} if cases else {}
-        reason = ". ".join(f"{each[0].upper()}{each[1:]}" for each in reasons)
+        reason = "; ".join(reasons)
         return {
             "state": "ended",
             "obligation": self.obligation,
