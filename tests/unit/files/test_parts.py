@@ -9,8 +9,7 @@ import pytest
 
 from scbm.files import Scope, digest_of, load_model, parse_predicate
 from scbm.files.codec.lifted.part_keys import PART_KEY_NAMES
-from scbm.files.expansion.part_names import NAMED_SECTIONS
-from scbm.files.expansion.stage_keys import SHARED_SECTIONS
+from scbm.files.expansion.stage_keys import LIFTED_SECTIONS, SHARED_SECTIONS
 from scbm.model import Diagnostic, Domain, DrawnVariable, InputError, Slug, Variable
 from support.wording import Wording
 
@@ -391,7 +390,7 @@ def test_parts_that_multiply_are_refused_before_they_fill_the_memory(tmp_path: P
 
 
 def test_the_sections_of_a_part_are_those_that_are_copied() -> None:
-    assert PART_KEY_NAMES.part == ("part", "parameters", "include", "parts", *SHARED_SECTIONS, *NAMED_SECTIONS)
+    assert PART_KEY_NAMES.part == ("part", "parameters", "include", "parts", *SHARED_SECTIONS, *LIFTED_SECTIONS)
 
 
 GUARDED = """\

@@ -16,7 +16,7 @@ from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
-from scbm.files.expansion.lifted_digest import object_names, read_object_lists
+from scbm.files.expansion.lifted_digest import read_object_lists
 from scbm.files.expansion.stages import expand, expand_parts
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
@@ -192,17 +192,17 @@ _START = "a model begins with `behavior_model: <name>`"
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     document, source, report = read_tree(text, file, "model", _START)
-    lifted, document = expand(document, report, PART_KEY_NAMES)
+    lifted, document, facts = expand(document, report, PART_KEY_NAMES)
     places = Places(document, source, report)
     _refuse_too_many(document, places)
     check_shape(document, report, ModelKeys, MODEL_OWNERS)
-    reader = ValueReader(report, Scope({}, objects=object_names(lifted)))
+    reader = ValueReader(report, Scope({}, objects=report.instance_names.objects))
     model = ModelKeys(document, reader).model()
     report.raise_any()
     if not reader.is_whole:
         raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
     places.warnings = report.warnings
-    return replace(model, objects=read_object_lists(lifted)), places
+    return replace(model, objects=read_object_lists(lifted, facts)), places
 
 
 _MAX_ENTRIES = 10_000

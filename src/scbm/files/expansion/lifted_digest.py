@@ -7,12 +7,12 @@ import re
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
-from scbm.files.expansion.static_facts import MAX_OBJECTS, integers_of
 from scbm.model import ObjectLists
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from scbm.files.expansion.static_facts import StaticFacts
     from scbm.files.yaml.document import YamlNode
 
 _SECTIONS: dict[str, tuple[str, ...]] = {
@@ -29,38 +29,29 @@ _SECTIONS: dict[str, tuple[str, ...]] = {
 _BLANKS = re.compile(r"\s*([^\w\s])\s*|\s+")
 
 
-def read_object_lists(document: YamlNode) -> ObjectLists | None:
+def read_object_lists(document: YamlNode, facts: StaticFacts | None) -> ObjectLists | None:
     """Return the objects of a model file, and the digest of its lifted model; `None` for a file without types.
 
     Args:
         document: the tree of the file with its parts, before its objects are expanded; without errors.
+        facts: its types and tables; `None` for a file without objects.
     """
-    types = document.get("types")
-    if types is None:
+    if facts is None or "types" not in document.items:
         return None
-    listed = tuple((name, _objects(node)) for name, node in types.items.items())
-    parents = tuple((name, node.items["of"].text or "") for name, node in types.items.items() if "of" in node.items)
-    tables = document.get("tables")
-    tabled = tuple(_table(name, node) for name, node in tables.items.items()) if tables is not None else ()
+    parents = tuple(facts.parents.items())
+    tables = tuple((name, table.types, tuple(table.rows)) for name, table in facts.tables.items())
     name = document.get("behavior_model")
     declared: list[object] = [
         None if name is None else name.text,
-        sorted(name for name, _ in listed),
+        sorted(facts.own),
         sorted(parents),
-        sorted((name, columns) for name, columns, _ in tabled),
+        sorted((name, columns) for name, columns, _ in tables),
     ]
     for section, others in _SECTIONS.items():
         node = document.get(section)
         entries = node.items.items() if node is not None else ()
         declared.append([[_close(key), _without(entry.plain, others)] for key, entry in entries])
-    return ObjectLists(_digest(declared), listed, parents, tabled, tuple(_entries(document)))
-
-
-def object_names(document: YamlNode) -> frozenset[str]:
-    """Return the names of all objects of a model file, which may have errors."""
-    types = document.get("types")
-    nodes = types.items.values() if types is not None else ()
-    return frozenset(name for node in nodes for name in _objects(node) if name)
+    return ObjectLists(_digest(declared), tuple(facts.own.items()), parents, tables, tuple(_entries(document)))
 
 
 def _entries(document: YamlNode) -> Iterator[tuple[str, str]]:
@@ -71,21 +62,6 @@ def _entries(document: YamlNode) -> Iterator[tuple[str, str]]:
             name, bracket, _ = key.partition("[")
             if bracket:
                 yield section, name.rstrip()
-
-
-def _table(name: str, node: YamlNode) -> tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Return the name, the columns and the rows of a table; a table of one column may list its objects."""
-    rows = (tuple(cell.text or "" for cell in row.elements or [row]) for row in node.items["rows"].elements)
-    return name, tuple(column.text or "" for column in node.items["of"].elements), tuple(rows)
-
-
-def _objects(node: YamlNode) -> tuple[str, ...]:
-    """Return the objects that a type lists itself."""
-    integers = integers_of(node)
-    if integers is not None:
-        return tuple(map(str, integers[:MAX_OBJECTS]))
-    listed = node.items.get("objects", node)
-    return tuple(element.text or "" for element in listed.elements)
 
 
 def _without(plain: object, keys: tuple[str, ...]) -> object:

@@ -60,7 +60,11 @@ class LiftedKey(Struct, frozen=True):
     @property
     def parameters(self) -> dict[str, str]:
         """The parameters that have names, with their types."""
-        return {name: kind for name, kind in zip(self.names, self.kinds, strict=True) if name is not None}
+        return self.objects(self.kinds)
+
+    def objects(self, choice: Sequence[str]) -> dict[str, str]:
+        """Return the objects of a choice by the parameters that have names."""
+        return {name: each for name, each in zip(self.names, choice, strict=True) if name is not None}
 
     @property
     def shown(self) -> str:

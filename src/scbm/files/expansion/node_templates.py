@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from abc import ABC, abstractmethod
 from math import prod
-from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -23,7 +23,7 @@ from scbm.files.expansion.expanded_nodes import (
 )
 from scbm.files.expansion.lifted_reader import LiftedReader
 from scbm.files.expansion.object_formulas import ConstantFormula
-from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE, DRAWN_KEYS
+from scbm.files.expansion.stage_keys import BY_VARIABLE, KINDS_BELOW
 from scbm.files.language.syntax import SyntaxFault, refuse_depth
 from scbm.files.spelling import suggestion
 from scbm.files.yaml.document import YamlNode
@@ -34,17 +34,13 @@ if TYPE_CHECKING:
 
     from scbm.files.expansion.lifted_names import LiftedScope
     from scbm.files.expansion.object_formulas import Choice, Formula, GroundTree
+    from scbm.files.expansion.stage_keys import NodeKind
     from scbm.files.language.syntax import Start, SyntaxTree
     from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.files.yaml.source_text import Scalar
     from scbm.model import Place
 
 T = TypeVar("T")
-
-NodeKind: TypeAlias = Literal[
-    "predicate", "requirement", "actions", "names", "assignments", "term", "text", "binding", "simulation", "copy"
-]
-"""The kind of text under a key, which says how it is parsed."""
 
 KINDS: dict[str, NodeKind] = {
     **dict.fromkeys(("g", "gr", "guard", "goal"), "predicate"),
@@ -414,7 +410,17 @@ class MappingTemplate(NodeTemplate):
         self._report.add(Slug.DUPLICATE_KEY, message, entry.place, remedy)
 
 
+def _argument_template(node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> NodeTemplate:
+    """Return the template of an argument of a request: a variable, or a text."""
+    return (NameTemplate if scope.names.has_index(node.text or "") else TextTemplate)(node, scope, report)
+
+
+_OF_DRIVERS: tuple[NodeKind, ...] = ("binding", "call", "choice", "calls", "fields", "argument", "readings")
+"""The kinds of what stands under `ros`."""
+
 _TEMPLATES: dict[NodeKind, Callable[[YamlNode, LiftedScope, ErrorCollector], NodeTemplate]] = {
+    **dict.fromkeys(_OF_DRIVERS, TextTemplate),
+    "argument": _argument_template,
     "predicate": PredicateTemplate,
     "requirement": RequirementTemplate,
     "actions": ActionTemplate,
@@ -436,14 +442,13 @@ class TemplateMaker(Struct, frozen=True):
         """Return the template of a node under a key of this kind; `None` for a mapping with keys of several kinds."""
         if node.condemned or kind == "copy" or (kind == "simulation" and not isinstance(node.plain, dict)):
             return CopyTemplate(node)
-        if kind == "binding":
-            return self._binding(node, "binding")
         if kind == "predicate" and not isinstance(node.plain, dict):
             return PredicateTemplate(node, self.scope, self.report)
         if isinstance(node.plain, dict):
             return self._mapping(node, kind)
         if isinstance(node.plain, list):
-            return ListTemplate(node, [self._scalar_or_copy(element, kind) for element in node.elements])
+            inner = "text" if kind in _OF_DRIVERS else kind
+            return ListTemplate(node, [self._scalar_or_copy(element, inner) for element in node.elements])
         return self._scalar_or_copy(node, kind)
 
     def _scalar_or_copy(self, node: YamlNode, kind: NodeKind | None) -> NodeTemplate:
@@ -454,48 +459,13 @@ class TemplateMaker(Struct, frozen=True):
         return _TEMPLATES[kind](node, self.scope, self.report)
 
     def _mapping(self, node: YamlNode, kind: NodeKind | None) -> NodeTemplate:
+        below = KINDS_BELOW.get(kind)
         entries = []
         for entry in entries_of(node):
-            inner = self._inner_kind(entry.key, kind)
-            key = self._key(entry) if kind in ("names", "assignments") else None
+            inner = KINDS.get(entry.key) if below is None else below.get(entry.key, below.get("*"))
+            key = self._key(entry) if kind in BY_VARIABLE else None
             entries.append((entry, self.template(entry.node, inner), key))
         return MappingTemplate(node, entries, self.report)
-
-    def _inner_kind(self, key: str, kind: NodeKind | None) -> NodeKind | None:
-        match kind:
-            case "text":
-                return "text"
-            case "assignments":
-                return "term"
-            case "names":
-                return "copy"
-            case "simulation":
-                return "names" if key in DRAWN_KEYS else "copy"
-            case _:
-                return KINDS.get(key)
-
-    def _binding(self, node: YamlNode, part: str) -> NodeTemplate:
-        """Return the template of a part of a binding: some of its keys and values are names of variables."""
-        if isinstance(node.plain, dict):
-            below = BINDING_PARTS.get(part, {})
-            return MappingTemplate(
-                node,
-                [
-                    (
-                        entry,
-                        self._binding(entry.node, below.get(entry.key) or below.get("*", "words")),
-                        self._key(entry) if part in BY_VARIABLE else None,
-                    )
-                    for entry in entries_of(node)
-                ],
-                self.report,
-            )
-        if isinstance(node.plain, list):
-            return ListTemplate(node, [self._binding(element, part) for element in node.elements])
-        if node.text is None or node.plain is None or node.condemned:
-            return CopyTemplate(node)
-        is_variable = part == "argument" and self.scope.names.has_index(node.text)
-        return (NameTemplate if is_variable else TextTemplate)(node, self.scope, self.report)
 
     def _key(self, entry: MappingEntry) -> NodeTemplate:
         return NameTemplate(text_node(entry.key, entry.place, entry.end), self.scope, self.report)

@@ -39,8 +39,9 @@ from scbm.model.variables import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.files.expansion.node_templates import NodeKind, NodeTemplate
+    from scbm.files.expansion.node_templates import NodeTemplate
     from scbm.files.expansion.object_formulas import Formula
+    from scbm.files.expansion.stage_keys import NodeKind
     from scbm.files.yaml.error_collector import ErrorCollector
 
 _INDEXED = ("variables", "resources", "operations")
@@ -53,9 +54,10 @@ _GUARDS = ("guard", "g")
 """The keys of guards of entries without the key `pre`."""
 
 
-def expand_objects(document: YamlNode, report: ErrorCollector) -> YamlNode:
-    """Return the tree without types, tables and parameters."""
-    return _ObjectStage(document, report).expanded()
+def expand_objects(document: YamlNode, report: ErrorCollector) -> tuple[YamlNode, StaticFacts]:
+    """Return the tree without types, tables and parameters, and its types and tables."""
+    stage = _ObjectStage(document, report)
+    return stage.expanded(), stage.facts
 
 
 class _LiftedEntry(Struct):
@@ -78,8 +80,8 @@ class _ObjectStage:
     def __init__(self, document: YamlNode, report: ErrorCollector) -> None:
         self._document = document = _with_square_brackets(document, report)
         self._report = report
-        self._facts = read_facts(document, report)
-        self._names = _names_of(document, self._facts)
+        self.facts = read_facts(document, report)
+        self._names = _names_of(document, self.facts)
         self._entries: dict[str, list[_LiftedEntry]] = {}
         self._incomplete: list[str] = []
 
@@ -118,14 +120,14 @@ class _ObjectStage:
 
     def _no_names(self) -> InstanceNames:
         return InstanceNames(
-            objects=frozenset((*self._facts.places, *self._facts.integers)), types=frozenset(self._facts.types)
+            objects=frozenset((*self.facts.places, *self.facts.integers)), types=frozenset(self.facts.types)
         )
 
     def _refuse_clashes(self) -> None:
         """Note objects that have the name of a variable."""
         variables = self._document.get("variables")
         declared = dict.fromkeys(variables.items) if variables is not None else {}
-        for name, place in self._facts.places.items():
+        for name, place in self.facts.places.items():
             if name in declared or name in self._names.indexed:
                 message = f"the object `{name}` has the name of a variable, a resource or an operation"
                 self._report.add(Slug.AMBIGUOUS_SYMBOL, message, place, "choose another word")
@@ -216,7 +218,7 @@ class _ObjectStage:
 
     def _choices(self, section: str, key: LiftedKey, conditions: list[Formula]) -> list[tuple[str, ...]]:
         try:
-            choices = choices_of(key, self._facts.types, conditions)
+            choices = choices_of(key, self.facts.types, conditions)
         except TooManyChoices as error:
             message = f"`{key.shown}` has {error.shown}"
             remedy = "use fewer objects, or exclude choices with `where`"
@@ -232,7 +234,7 @@ class _ObjectStage:
 
     def _warn_of_no_instance(self, key: LiftedKey) -> None:
         """Note an entry without any choice of objects."""
-        empty = next((kind for kind in key.kinds if not self._facts.objects(kind)), None)
+        empty = next((kind for kind in key.kinds if not self.facts.objects(kind)), None)
         reason = "its condition holds for no objects" if empty is None else f"the type `{empty}` has no objects"
         remedy = "correct `where`, or the guard" if empty is None else f"list them: `{empty}: [a, b]`"
         self._report.warn(Slug.NO_INSTANCE, f"`{key.base}` has no instance: {reason}", key.place, remedy)
@@ -262,9 +264,9 @@ class _ObjectStage:
         domain = node.get("domain")
         if domain is None or domain.condemned:
             return node
-        types = self._facts.types
+        types = self.facts.types
         text = domain.text
-        if text is not None and self._facts.misses_names and text not in types and _is_type(text):
+        if text is not None and self.facts.misses_names and text not in types and _is_type(text):
             new = YamlNode(None, domain.place, condemned=True, end=domain.end)
         elif text is not None and (near := self._close_type(text)) is not None:
             self._report.add(Slug.BAD_DOMAIN, f"`{text}` is not a domain", domain.place, f"did you mean `{near}`?")
@@ -272,7 +274,7 @@ class _ObjectStage:
         elif text is not None and text in types:
             objects = types[text]
             new = listed_at(domain.place, domain.end, objects)
-            if self._facts.is_of_integers(text):
+            if self.facts.is_of_integers(text):
                 new = text_node(f"{objects[0]}..{objects[-1]}", domain.place, domain.end)
         elif any(element.text in types for element in domain.elements):
             elements: list[YamlNode] = []
@@ -288,7 +290,7 @@ class _ObjectStage:
 
     def _close_type(self, word: str) -> str | None:
         """Return the type that a misspelt domain probably means; `None` for a type, `bool`, and any other text."""
-        types = self._facts.types
+        types = self.facts.types
         is_other = word in types or nearest(word, ("bool", "boolean")) is not None or not WORD.fullmatch(word)
         return None if is_other else nearest(word, types)
 
@@ -356,23 +358,15 @@ def _names_from(section: str, key: LiftedKey, objects: str) -> Iterator[tuple[st
 
 
 def _instance(key: LiftedKey, choice: tuple[str, ...], count: int) -> EntryInstance:
-    parameters = {
-        each: name for name, each in zip(key.names, choice, strict=True) if name is not None and choice.count(each) == 1
-    }
+    parameters = {each: name for name, each in key.objects(choice).items() if choice.count(each) == 1}
     return EntryInstance(f"{key.base}{joined(choice)}", key.base, parameters, count)
-
-
-def _named(key: LiftedKey | None, choice: tuple[str, ...]) -> dict[str, str]:
-    if key is None:
-        return {}
-    return {name: each for name, each in zip(key.names, choice, strict=True) if name is not None}
 
 
 def _made(lifted: _LiftedEntry, choice: tuple[str, ...]) -> MappingEntry:
     """Return the ground entry for a choice of objects."""
-    node = lifted.template.node(_named(lifted.key, choice))
     if lifted.key is None:
-        return lifted.written._replace(node=node)
+        return lifted.written._replace(node=lifted.template.node({}))
+    node = lifted.template.node(lifted.key.objects(choice))
     name = f"{lifted.key.base}{joined(choice)}"
     node = replace(node, origin=lifted.key.base, written=lifted.key.shown)
     return MappingEntry(name, lifted.written.place, node, lifted.written.end)

@@ -18,7 +18,8 @@ from scbm.files.expansion.expanded_nodes import (
     scalar_node,
     with_entries,
 )
-from scbm.files.expansion.stage_keys import BINDING_PARTS, BY_VARIABLE, DRAWN_KEYS
+from scbm.files.expansion.stage_keys import BY_VARIABLE, KINDS_BELOW
+from scbm.files.expansion.static_facts import WORD
 from scbm.files.language.grammar import AGGREGATES, QUANTIFIERS
 from scbm.files.language.scope import name_fault, reserved_names
 from scbm.files.yaml.document import YamlNode
@@ -27,28 +28,20 @@ from scbm.model import Slug
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
+    from scbm.files.expansion.stage_keys import NodeKind
     from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.files.yaml.source_text import Scalar
     from scbm.model import Place
 
-NAMED_SECTIONS = (
-    "variables",
-    "resources",
-    "operations",
-    "automatic_transitions",
-    "environment",
-    "goals",
-    "requirements",
-)
-"""The sections of a model whose entries have names, in the order of the reference."""
-
 _TEXT_SECTIONS = ("goals", "requirements")
 """Sections whose entries are texts with names."""
 
-_TEXT_KEYS = (
-    *("where", "request", "measures", "publishes", "with", "guard", "assumes", "effects", "on_timeout"),
-    *("g", "gr", "a", "ar", "timedout", "actions", "goal"),
-)
+_KINDS: dict[str, NodeKind] = {
+    **dict.fromkeys(("where", "request", "measures", "publishes", "with", "guard", "assumes", "effects"), "names"),
+    **dict.fromkeys(("on_timeout", "g", "gr", "a", "ar", "timedout", "actions", "goal"), "names"),
+    "simulation": "simulation",
+    "ros": "binding",
+}
 """Keys under which names stand, as texts or as keys; under all others are values, times and words."""
 
 _PLAIN_KEYS = ("may_end", "reachable_again", "requirements_on")
@@ -75,9 +68,6 @@ _NUMBER = re.compile(r"\s*-?\d+\s*")
 
 _VARIABLE = re.compile(r"[A-Za-z_][\w.]*(\[[\w\s,]*\])?", re.ASCII)
 """The name of a variable, perhaps with an index."""
-
-_WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
-"""The name of an object or a type."""
 
 _BOUND = re.compile(r"[A-Za-z_]\w*(?=\s+in\b|\s*:)", re.ASCII)
 """A parameter before its type."""
@@ -238,27 +228,27 @@ class PartCopy(Struct, frozen=True):
         An argument that is no name of a type is noted; the entry is `None` then.
         """
         base, bracket, index = entry.key.partition("[")
-        types = {word: self.arguments[word] for word in _WORD.findall(index) if word in self.arguments}
+        types = {word: self.arguments[word] for word in WORD.findall(index) if word in self.arguments}
         for word, argument in types.items():
-            if argument.text is None or not _WORD.fullmatch(argument.text):
+            if argument.text is None or not WORD.fullmatch(argument.text):
                 message = f"`{word}` {_NO_TYPE}"
                 if not argument.condemned:
                     place = argument.place.used_at(entry.place)
                     self.report.add(Slug.WRONG_SHAPE, message, place, "give the name of a type")
                 return None
-        written = _WORD.sub(lambda word: types[word[0]].text or word[0] if word[0] in types else word[0], index)
-        node = self._copied(entry.node, has_names=has_names)
+        written = WORD.sub(lambda word: types[word[0]].text or word[0] if word[0] in types else word[0], index)
+        node = self._copied(entry.node, "names" if has_names else None)
         return entry._replace(key=f"{self.prefix}{base}{bracket}{written}", node=node)
 
-    def _copied(self, node: YamlNode, *, has_names: bool) -> YamlNode:
+    def _copied(self, node: YamlNode, kind: NodeKind | None) -> YamlNode:
+        """Return the copy of a node of a kind: of `names`, each word is one; `None` for a mapping of several kinds."""
         if node.scalar is not None:
-            return self._copied_scalar(node, node.scalar, has_names=has_names)
+            is_variable = kind == "argument" and (node.text in self.declared or node.text in self.arguments)
+            return self._copied_scalar(node, node.scalar, has_names=is_variable or kind == "names")
         if isinstance(node.plain, list):
-            copied = list_node(
-                (self._copied(each, has_names=has_names) for each in node.elements), node.place, node.end
-            )
+            copied = list_node((self._copied(each, kind) for each in node.elements), node.place, node.end)
             return replace(copied, condemned=node.condemned, origin=node.origin)
-        return self._mapping(node, (self._entry(entry, has_names=has_names) for entry in entries_of(node)))
+        return self._mapping(node, (self._entry(entry, kind) for entry in entries_of(node)))
 
     def _mapping(self, node: YamlNode, entries: Iterable[MappingEntry | None]) -> YamlNode:
         """Return a mapping with the entries whose keys are names; it is incomplete without the others."""
@@ -266,38 +256,13 @@ class PartCopy(Struct, frozen=True):
         mapping = with_entries(node, (entry for entry in copied if entry is not None))
         return replace(mapping, incomplete=True) if None in copied else mapping
 
-    def _entry(self, entry: MappingEntry, *, has_names: bool) -> MappingEntry | None:
-        key = self._key(entry) if has_names else entry.key
+    def _entry(self, entry: MappingEntry, kind: NodeKind | None) -> MappingEntry | None:
+        if kind is None and entry.key == "name" and entry.node.scalar is not None and entry.node.text:
+            return entry._replace(node=self._prefixed(entry.node, entry.node.scalar))
+        key, place = (self._key(entry), self._key_place(entry)) if kind in BY_VARIABLE else (entry.key, entry.place)
         if key is None:
             return None
-        if entry.key == "simulation" and isinstance(entry.node.plain, dict) and not has_names:
-            drawn = (
-                each._replace(node=self._copied(each.node, has_names=each.key in DRAWN_KEYS))
-                for each in entries_of(entry.node)
-            )
-            return entry._replace(node=self._mapping(entry.node, drawn))
-        if entry.key == "ros" and not has_names:
-            return entry._replace(node=self._bound(entry.node, "binding"))
-        if entry.key == "name" and entry.node.scalar is not None and entry.node.text and not has_names:
-            return entry._replace(node=self._prefixed(entry.node, entry.node.scalar))
-        below = (has_names or entry.key in _TEXT_KEYS) and entry.key not in _PLAIN_KEYS
-        place = self._key_place(entry) if has_names else entry.place
-        return entry._replace(key=key, place=place, node=self._copied(entry.node, has_names=below))
-
-    def _bound(self, node: YamlNode, kind: str) -> YamlNode:
-        """Return the copy of a part of a binding: its names of variables are those of the copy, other words stay."""
-        if node.scalar is not None:
-            is_variable = kind == "argument" and (node.text in self.declared or node.text in self.arguments)
-            return self._copied_scalar(node, node.scalar, has_names=is_variable)
-        if isinstance(node.plain, list):
-            return list_node([self._bound(element, kind) for element in node.elements], node.place, node.end)
-        return self._mapping(node, (self._bound_entry(entry, kind) for entry in entries_of(node)))
-
-    def _bound_entry(self, entry: MappingEntry, kind: str) -> MappingEntry | None:
-        key, place = (self._key(entry), self._key_place(entry)) if kind in BY_VARIABLE else (entry.key, entry.place)
-        inner = BINDING_PARTS.get(kind, {})
-        below = inner.get(entry.key) or inner.get("*", "words")
-        return None if key is None else entry._replace(key=key, place=place, node=self._bound(entry.node, below))
+        return entry._replace(key=key, place=place, node=self._copied(entry.node, _kind_below(kind, entry.key)))
 
     def _key_place(self, entry: MappingEntry) -> Place:
         """Return where the key of a variable is written: that of an argument is in the file that uses the part."""
@@ -419,7 +384,7 @@ class PartCopy(Struct, frozen=True):
 
     def _is_captured(self, argument: YamlNode, bound: Mapping[str, str], at: Place) -> bool:
         """Return whether a name in an argument would be a parameter at the place `at` of the part, which is noted."""
-        words = _WORD.findall(argument.text) if argument.text is not None else ()
+        words = WORD.findall(argument.text) if argument.text is not None else ()
         word = next((word for word in words if word in bound), None)
         if word is not None:
             message = f"`{word}` in this argument is also a parameter of {bound[word]} in the part"
@@ -446,6 +411,14 @@ class PartCopy(Struct, frozen=True):
         yield Piece.copy(scalar, end)
 
 
+def _kind_below(kind: NodeKind | None, key: str) -> NodeKind | None:
+    """Return the kind of what stands under a key of a mapping: names of the part, a binding, or values and words."""
+    if kind == "names":
+        return None if key in _PLAIN_KEYS else "names"
+    below = KINDS_BELOW.get(kind, _KINDS)
+    return below.get(key, below.get("*"))
+
+
 def _misfit(argument: YamlNode, before: str, after: str) -> str | None:
     """Return why an argument cannot stand between two texts; `None` if it can."""
     if argument.condemned:
@@ -461,7 +434,7 @@ def _misfit(argument: YamlNode, before: str, after: str) -> str | None:
     is_operand = _AFTER_OPERAND.match(after) or _BEFORE_OPERAND.search(before)
     if is_operand and _CONDITION.search(text):
         return "stands for a name here, and this is a condition"
-    return _NO_TYPE if _BEFORE_TYPE.search(before) and not _WORD.fullmatch(text) else None
+    return _NO_TYPE if _BEFORE_TYPE.search(before) and not WORD.fullmatch(text) else None
 
 
 def _is_balanced(text: str) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,14 +11,14 @@ from msgspec.structs import replace
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mapping_node, with_entries
 from scbm.files.expansion.part_names import (
-    NAMED_SECTIONS,
     DeclaredNames,
     PartCopy,
     head_of,
     parameters_in_key,
     parameters_in_text,
 )
-from scbm.files.expansion.stage_keys import PART_KEYS_OF_MODELS, SHARED_SECTIONS
+from scbm.files.expansion.stage_keys import LIFTED_SECTIONS, PART_KEYS_OF_MODELS, SHARED_SECTIONS
+from scbm.files.expansion.static_facts import WORD
 from scbm.files.language.grammar import QUANTIFIERS, keywords
 from scbm.files.language.scope import name_fault
 from scbm.files.spelling import nearest, suggestion
@@ -40,9 +39,7 @@ if TYPE_CHECKING:
 _REQUIRED = ("variables", "operations")
 """Sections that each model has; a part that cannot be used may have had them."""
 
-_SECTIONS = (*SHARED_SECTIONS, *NAMED_SECTIONS)
-
-_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_SECTIONS = (*SHARED_SECTIONS, *LIFTED_SECTIONS)
 
 _RESERVED = (*keywords(), *QUANTIFIERS, "current", "plan", "state", "name", "none")
 """Words that begin or end other names, or mean something else where names stand."""
@@ -155,7 +152,7 @@ class _Expansion(Struct):
             if name not in self.files.keys.use:
                 near = suggestion(name, self.files.keys.use, "the keys here are")
                 self.report.add(Slug.UNKNOWN_KEY, f"unknown key `{name}`", at, near)
-        if not _NAME.fullmatch(entry.key):
+        if not WORD.fullmatch(entry.key):
             message = f"`{entry.key}` is not a name"
             self.report.add(Slug.BAD_NAME, message, entry.place, "names of parts are letters, digits and `_`")
             return None, {}  # each name in the part would be wrong as well
@@ -238,7 +235,7 @@ class _Expansion(Struct):
             (
                 entry._replace(
                     node=copy.section(entry.key, entry.node)
-                    if entry.key in NAMED_SECTIONS
+                    if entry.key in LIFTED_SECTIONS
                     else copy.shared_section(entry.node, file)
                 )
                 for entry in entries_of(whole)
@@ -255,7 +252,7 @@ class _Expansion(Struct):
     def _refuse_names(self, part: PartFile, whole: YamlNode, declared: DeclaredNames) -> None:
         """Note entries of a part that cannot have their names, and parameters with the name of an entry."""
         entries: dict[str, None] = {}
-        for section in NAMED_SECTIONS:
+        for section in LIFTED_SECTIONS:
             node = whole.get(section)
             for key, place in node.key_places.items() if node is not None else ():
                 entries[head_of(key)] = None
@@ -287,7 +284,7 @@ class _Expansion(Struct):
         found = [(use, node) for use in used if (node := use.document.get(section)) is not None]
         if own is not None and not isinstance(own.node.plain, dict):
             return own
-        is_whole = self.is_whole if section in NAMED_SECTIONS else not self.misses_names
+        is_whole = self.is_whole if section in LIFTED_SECTIONS else not self.misses_names
         if not found and (own is not None or is_whole or section not in _REQUIRED):
             return own if own is None or is_whole else own._replace(node=replace(own.node, incomplete=True))
         entries: dict[str, MappingEntry] = {}
@@ -335,7 +332,7 @@ ALLOWED_FOLDERS = "SCBM_PARTS"
 def _bound_names(whole: YamlNode) -> dict[str, Place]:
     """Return the parameters of the entries and quantifiers of a part, each with the first place that has it."""
     found: dict[str, Place] = {}
-    for section in NAMED_SECTIONS:
+    for section in LIFTED_SECTIONS:
         node = whole.get(section)
         for entry in entries_of(node) if node is not None else ():
             for name in parameters_in_key(entry.key):

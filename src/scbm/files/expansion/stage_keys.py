@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 from scbm.files.expansion.expanded_nodes import entries_of
 from scbm.files.spelling import nearest
@@ -21,7 +21,7 @@ LIFTED_SECTIONS = (
     "goals",
     "requirements",
 )
-"""The sections whose entries can have parameters."""
+"""The sections whose entries can have parameters, or get a prefix in parts, in the order of the reference."""
 
 SHARED_SECTIONS = ("types", "tables")
 """The sections of a part that get no prefix: what they declare is known everywhere."""
@@ -29,21 +29,29 @@ SHARED_SECTIONS = ("types", "tables")
 REQUIREMENT_KEYS = ("requirement", "where")
 """The keys of a requirement that is written as a mapping, for parameters with a condition."""
 
-DRAWN_KEYS = ("measured", "failed")
-"""The keys of a simulation whose own keys are variables."""
+NodeKind: TypeAlias = Literal[
+    *("predicate", "requirement", "actions", "names", "assignments", "term", "text", "simulation", "copy"),
+    *("binding", "call", "choice", "calls", "fields", "argument", "readings"),
+]
+"""The kind of text under a key, which says how it is parsed; `copy` for values and words, the last line for `ros`."""
 
-BINDING_PARTS: dict[str, dict[str, str]] = {
-    "binding": {"service": "call", "services": "choice", "measured": "readings"},
-    "call": {"request": "fields", "measured": "readings"},
+KINDS_BELOW: dict[NodeKind | None, dict[str, NodeKind]] = {
+    "names": {"*": "copy"},
+    "assignments": {"*": "term"},
+    "text": {"*": "text"},
+    "simulation": {"measured": "names", "failed": "names", "*": "copy"},
+    "binding": {"service": "call", "services": "choice", "measured": "readings", "*": "text"},
+    "call": {"request": "fields", "measured": "readings", "*": "text"},
     "choice": {"*": "calls"},
     "calls": {"*": "call"},
     "fields": {"*": "argument"},
-    "argument": {"variable": "argument"},
+    "argument": {"variable": "argument", "*": "text"},
+    "readings": {"*": "text"},
 }
-"""The mappings of a binding under `ros`: what stands under each of their keys, and what of it is further described."""
+"""The kind of text under each key of a mapping of a kind; `*` for all other keys."""
 
-BY_VARIABLE = ("choice", "readings")
-"""The mappings of a binding whose keys are variables; an argument of a request may be one, too."""
+BY_VARIABLE = ("names", "assignments", "choice", "readings")
+"""The kinds of mappings whose keys are variables; an argument of a request may be one, too."""
 
 
 class PartKeyNames(NamedTuple):

@@ -69,6 +69,8 @@ class StaticFacts(Struct, frozen=True):
         misses_names: whether a section or a file could not be read; an unknown type or table is no error then.
         unread: the tables that could not be read; no use of them is an error.
         integers: the objects that are integers.
+        own: the objects of each type without those of its subtypes.
+        parents: the parent of each subtype.
     """
 
     types: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -78,6 +80,8 @@ class StaticFacts(Struct, frozen=True):
     misses_names: bool = False
     unread: Mapping[str, None] = field(default_factory=dict)
     integers: Mapping[str, None] = field(default_factory=dict)
+    own: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    parents: Mapping[str, str] = field(default_factory=dict)
 
     def objects(self, kind: str) -> tuple[str, ...]:
         """Return the objects of a type; none for an unknown one."""
@@ -122,7 +126,8 @@ class _FactsReader:
             self._read_type(name, node)
         self._check_parents(types)
         self._is_whole = len(self._report) == self._errors and not self._misses_names
-        objects = _with_subtypes(self._own, self._parents)
+        own = {name: tuple(listed) for name, listed in self._own.items()}
+        objects = _with_subtypes(own, self._parents)
         self._members = {name: frozenset(found) for name, found in objects.items()}
         read: dict[str, ObjectTable] = {}
         for name, node in self._entries(tables, "tables", "{near: {of: [zone, zone], rows: [[a, b]]}}"):
@@ -134,7 +139,15 @@ class _FactsReader:
             else:
                 read[name] = table
         return StaticFacts(
-            objects, read, self._places, self._is_whole, self._misses_names, self._unread, _integers(objects)
+            objects,
+            read,
+            self._places,
+            self._is_whole,
+            self._misses_names,
+            self._unread,
+            _integers(objects),
+            own,
+            self._parents,
         )
 
     def _rejected(self, types: YamlNode | None) -> dict[str, YamlNode]:
@@ -358,10 +371,11 @@ def facts_of(objects: ObjectLists, place: Place) -> StaticFacts:
         objects: the objects and tables of the model.
         place: where its objects count as named.
     """
-    types = _with_subtypes(dict(objects.types), dict(objects.parents))
+    own, parents = dict(objects.types), dict(objects.parents)
+    types = _with_subtypes(own, parents)
     tables = {name: ObjectTable(name, columns, dict.fromkeys(rows)) for name, columns, rows in objects.tables}
     places = {name: place for _, names in objects.types for name in names}
-    return StaticFacts(types, tables, places, integers=_integers(types))
+    return StaticFacts(types, tables, places, integers=_integers(types), own=own, parents=parents)
 
 
 def _integers(types: Mapping[str, tuple[str, ...]]) -> dict[str, None]:

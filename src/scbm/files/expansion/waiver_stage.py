@@ -24,7 +24,6 @@ from scbm.files.expansion.node_templates import (
 from scbm.files.expansion.static_facts import StaticFacts, facts_of, joined, read_facts
 from scbm.files.language.syntax import SyntaxFault
 from scbm.files.spelling import nearest, suggestion
-from scbm.files.yaml.error_collector import ErrorCollector
 from scbm.model import Slug
 from scbm.model.variables import OperationState
 
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
 
     from scbm.files.expansion.object_formulas import Formula
     from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.model import BehaviorModel
 
 _PREFIXES = {"operations": "", "automatic_transitions": "automatic/"}
@@ -100,17 +100,16 @@ class WaivableEntries(Struct):
         return found
 
 
-def expand_waivers(lifted: YamlNode, ground: YamlNode, report: ErrorCollector) -> YamlNode:
+def expand_waivers(lifted: YamlNode, ground: YamlNode, facts: StaticFacts | None, report: ErrorCollector) -> YamlNode:
     """Return the tree of a model file with waivers of ground obligations.
 
     Args:
         lifted: the tree before its objects are expanded.
         ground: the tree after that.
+        facts: its types and tables; `None` for a file without objects.
         report: where errors and warnings go.
     """
-    if ground.get("waivers") is None:
-        return ground
-    facts = read_facts(lifted, ErrorCollector([]))  # its errors are noted by the stage of objects
+    facts = read_facts(lifted, report) if facts is None else facts
     return _WaiverStage(WaivableEntries.of_trees(lifted, ground, facts), facts, report).expanded(ground)
 
 
@@ -167,7 +166,7 @@ class _WaiverStage:
             refuse_parameters_in_text(reason, self._report, remedy)
         template = TemplateMaker(scope, self._report).template(node)
         for choice in chosen or ():
-            ground = template.node(_named(key, choice))
+            ground = template.node({} if key is None else key.objects(choice))
             yield replace(_renamed(ground, f"{base}{joined(choice)}{rest}"), origin=text)
 
     def _conditions(
@@ -289,10 +288,3 @@ def _split(text: str) -> tuple[str, str]:
         return text, ""
     base, slash, state = text.partition("/")
     return base, slash + state
-
-
-def _named(key: LiftedKey | None, choice: tuple[str, ...]) -> dict[str, str]:
-    """Return the objects of the parameters that have names."""
-    if key is None:
-        return {}
-    return {name: each for name, each in zip(key.names, choice, strict=True) if name is not None}
