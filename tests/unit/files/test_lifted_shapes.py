@@ -124,3 +124,26 @@ def test_no_key_of_a_model_is_a_misspelt_section_of_objects() -> None:
 def test_a_file_without_the_name_of_a_part_is_no_part(first: str, tmp_path: Path) -> None:
     door = first + "variables: {v: {domain: bool, initial: false}}\n"
     assert found_in(tmp_path, MODEL, door) == ["door:1 missing-key"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "errors"),
+    [
+        ("a: [on.x <- true]", "a: on.x", ["cell:15 wrong-shape", "cell:15 action-syntax"]),
+        ('requirement: "always on[x] == true"', "requirement: [on, x]", ["cell:18 wrong-shape"]),
+    ],
+)
+def test_a_wrong_text_has_its_shape_checked_too(old: str, new: str, errors: list[str], tmp_path: Path) -> None:
+    assert found_in(tmp_path, MODEL.replace(old, new)) == errors
+
+
+def test_a_remedy_names_a_file_of_a_part_as_its_user_writes_it(tmp_path: Path) -> None:
+    for name, text in {
+        "cell": MODEL.replace("use: door.yaml", "use: dor.yaml"),
+        "door": DOOR,
+        "own": "part: own",
+    }.items():
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        load_model(tmp_path / "cell.yaml")
+    assert "`door.yaml`" in str(raised.value.diagnostics[0].remedy)

@@ -125,6 +125,9 @@ class IndexSlot(NameSlot):
 _ADDED = re.compile(r"([A-Za-z_]\w*)\s*([+-])\s*(\d{1,9})", re.ASCII)
 """A number that is added to a parameter, in an index."""
 
+_INDEX_WORD = re.compile(r"[\w.]+")
+"""What may be a parameter or an object in an index."""
+
 
 class NoteFault(Protocol):
     """A callback that notes an error about the characters `begin..end` of a lifted text."""
@@ -252,15 +255,19 @@ class LiftedScope(Struct, frozen=True):
         added = _ADDED.fullmatch(word)
         if added is not None:
             return self._added_term(added, begin, end, note)
+        if not _INDEX_WORD.fullmatch(word):
+            example = "write a parameter or an object, or for integers `i + 1` with a parameter `i`"
+            note(Slug.WRONG_INDEX, f"`{word}` is no index", begin, end, example)
+            return None
         term = self.term(word)
         allowed = indexed.objects[place]
         kind = indexed.kinds[place]
         if term is None:
             moved = self._moved_suffix(indexed, word)
-            if moved is not None:
+            if moved is None:
+                self._refuse_term(word, begin, end, kind, note)
+            else:
                 note(Slug.UNKNOWN_OBJECT, f"there is no object `{word}`", begin, end, f"did you mean `{moved}`?")
-                return None
-            self._refuse_term(word, begin, end, kind, note)
             return None
         if term.is_parameter:
             if allowed.keys().isdisjoint(self.parameters[word]) and self.parameters[word]:
@@ -281,11 +288,17 @@ class LiftedScope(Struct, frozen=True):
         name = added[1]
         if self.is_integer(name):
             return ObjectTerm(name, is_parameter=True, added=int(f"{added[2]}{added[3]}"))
-        if name not in self.kinds:
+        term = self.term(name)
+        if term is None:
             self.refuse_unknown(name, begin, begin + len(name), note)
-            return None
-        message = f"`{name}` is a `{self.kinds[name]}`, and numbers are added to integers alone"
-        note(Slug.WRONG_INDEX, message, begin, end, f"declare integers as objects: `{self.kinds[name]}: 1..4`")
+        elif not term.is_parameter:
+            remedy = "write the name of the object that is meant"
+            note(Slug.WRONG_INDEX, f"`{name}` is an object, and numbers are added to parameters", begin, end, remedy)
+        else:
+            kind = self.kinds[name]
+            is_read = not self.names.facts.is_unread(kind)
+            message = f"`{name}` is a `{kind}`, and numbers are added to integers alone" if is_read else ""
+            note(Slug.WRONG_INDEX, message, begin, end, f"declare integers as objects: `{kind}: 1..4`")
         return None
 
     def _moved_suffix(self, indexed: IndexedName, word: str) -> str | None:
@@ -332,7 +345,8 @@ class LiftedScope(Struct, frozen=True):
         elif token.is_name and token.text not in ("true", "false"):
             self._refuse_unknown_object(token, kind, term.name, note)
         else:
-            message = f"{self._described(term)}, and `{token.text}` is no object"
+            is_read = not self.names.facts.is_unread(kind)
+            message = f"{self._described(term)}, and `{token.text}` is no object" if is_read else ""
             remedy = suggestion(token.text, self.names.facts.objects(kind), "its objects are")
             note(Slug.DIFFERENT_KINDS, message, token.begin, token.end, remedy)
 
@@ -348,7 +362,8 @@ class LiftedScope(Struct, frozen=True):
 
     def refuse_order(self, term: ObjectTerm, token: LiftedToken, note: NoteFault) -> None:
         """Note a parameter or an object that is compared by `<` and the like."""
-        message = f"{self._described(term)}, and only integers are more or less than others"
+        is_read = not self.names.facts.is_unread(self._kind_of(term))
+        message = f"{self._described(term)}, and only integers are more or less than others" if is_read else ""
         remedy = "compare objects with `==` or `!=`, or with a table that has their order"
         note(Slug.ORDER_NEEDS_INTEGERS, message, token.begin, token.end, remedy)
 

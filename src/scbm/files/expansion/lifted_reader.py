@@ -55,7 +55,9 @@ _COMPOUND: dict[str, type[CompoundFormula]] = {
     "implication": ImpliedFormula,
 }
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
-_PART = re.compile(r"[A-Za-z_]\w*\s*[+-]\s*\d+(?=\s*(?:,|$))|[\w.]+|[^\s,]")
+_PART = re.compile(r"[^\s,](?:[^,]*[^\s,])?")
+"""A part of an index, without the blanks around it."""
+
 _NAME = re.compile(
     r"(?<![\w.])(?<!\d )[A-Za-z_]\w*(?:\.\w+)*(?!(?u:\w))(?:\s*\[[^\[\](){}]*\](?:_\w+|(?:\.\w+)*))?",
     re.ASCII,
@@ -107,6 +109,8 @@ class LiftedReader:
         words = [t for t in map(_word, _names_in(tree)) if self._scope.term(t.text) is None]
         variables = [word for word in words if "[" in word.text or self._is_variable(word)]
         begin, end = extent(tree)
+        if any(self._is_table(word.text.partition("[")[0].rstrip()) for word in variables):
+            return  # which is noted: it is written with round brackets
         if words and not variables:
             self._scope.refuse_unknown(words[0].text, words[0].begin, words[0].end, self._note)
             return
@@ -114,6 +118,9 @@ class LiftedReader:
         message = f"`where` is decided as the model is read, and `{shown}` is no parameter, object or table"
         remedy = "move this condition to the guard, or to the predicate of a goal"
         self._note(Slug.NOT_STATIC, message, begin, end, remedy)
+
+    def _is_table(self, name: str) -> bool:
+        return name in self._scope.names.facts.tables
 
     def _is_variable(self, word: LiftedToken) -> bool:
         names = self._scope.names
@@ -284,15 +291,16 @@ class LiftedReader:
             self._refuse_no_integer(tree)
             return IntegerFormula(self.atom(tree, is_dynamic=False))
         left, right = _simple(tree.children[0]), _simple(tree.children[2])
-        if _token(tree, 1) not in ("==", "!="):
+        is_truth = any(side is not None and side.text in ("true", "false") for side in (left, right))
+        if _token(tree, 1) not in ("==", "!=") and not is_truth:
             return self._order(left, right)
         return self._equality(tree, left, right) if left is not None and right is not None else None
 
     def _is_of_integers(self, tree: SyntaxTree) -> bool:
         """Return whether a comparison has parameters that stand for integers, numbers, and nothing else."""
-        names = [*_names_in(tree)]
+        words = [*tree.scan_values(_is_word)]
         is_plain = next(tree.find_data("aggregate"), None) is None
-        return bool(names) and is_plain and all(self._scope.is_integer(name) for name in names)
+        return bool(words) and is_plain and all(self._scope.is_integer(word) for word in words)
 
     def _refuse_no_integer(self, tree: SyntaxTree) -> None:
         """Note a parameter that is compared with a number that no object of its type is."""
@@ -509,6 +517,12 @@ class LiftedReader:
         if token.text in self._scope.names.plain:
             self._note(Slug.WRONG_INDEX, f"`{token.text}` has no index", token.begin, token.end)
             return
+        table = self._scope.names.facts.tables.get(token.text)
+        if table is not None:
+            message = f"`{token.text}` is a table, whose arguments stand in round brackets"
+            example = f"write for example `{self._example_of(table)}`"
+            self._note(Slug.WRONG_INDEX, message, token.begin, token.end, example)
+            return
         remedy = suggestion(token.text, self._scope.names.indexed, "names with an index are")
         message = f"there is no variable `{token.text}` with an index" if self._scope.names.is_whole else ""
         self._note(Slug.UNKNOWN_VARIABLE, message, token.begin, token.end, remedy)
@@ -532,9 +546,12 @@ def _is_name(token: object) -> bool:
     return isinstance(token, Token) and token.type == "NAME"
 
 
+def _is_word(token: object) -> bool:
+    return isinstance(token, Token) and token.type in ("NAME", "TRUE", "FALSE")
+
+
 def _word(token: Token) -> LiftedToken:
-    is_name = token.type in ("NAME", "TRUE", "FALSE")
-    return LiftedToken(str(token), token.start_pos or 0, token.end_pos or 0, is_name)
+    return LiftedToken(str(token), token.start_pos or 0, token.end_pos or 0, _is_word(token))
 
 
 def _simple(part: object) -> LiftedToken | None:

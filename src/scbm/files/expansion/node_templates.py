@@ -180,7 +180,7 @@ class ScalarTemplate(NodeTemplate):
             raise self._report.error()
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
-        """Return the ground node; a condemned one if there is an error."""
+        """Return the ground node; after an error one without a text, of the same shape."""
         if self.is_plain and not self.is_wrong:
             return [self.lifted]
         if not self.is_wrong:
@@ -188,7 +188,7 @@ class ScalarTemplate(NodeTemplate):
                 return [self._node(self.made(choice))]
             except SyntaxFault as fault:
                 self.note_fault(fault)
-        return [YamlNode(None, self.lifted.place, condemned=True, end=self.lifted.end)]
+        return [YamlNode(self.lifted.plain, self.lifted.place, end=self.lifted.end)]
 
     def _node(self, made: _Made) -> YamlNode:
         if isinstance(made, bool):
@@ -235,8 +235,8 @@ class PredicateTemplate(NodeTemplate):
         self._parts = [ConditionTemplate(element, scope, report, is_static=is_static) for element in elements]
 
     def conjuncts(self) -> Iterator[Formula]:
-        """Yield the conjuncts of the predicates without errors."""
-        return (each for part in self._parts if not part.is_wrong for each in part.formula.conjuncts())
+        """Yield the conjuncts of the predicates; those with errors count as true."""
+        return (each for part in self._parts for each in part.formula.conjuncts())
 
     def expect(self, instances: int) -> None:
         """Count the predicates without those that a choice may decide."""
@@ -446,14 +446,13 @@ class TemplateMaker(Struct, frozen=True):
             return PredicateTemplate(node, self.scope, self.report)
         if isinstance(node.plain, dict):
             return self._mapping(node, kind)
-        if isinstance(node.plain, list):
-            inner = "text" if kind in _OF_DRIVERS else kind
-            return ListTemplate(node, [self._scalar_or_copy(element, inner) for element in node.elements])
+        if isinstance(node.plain, list) and kind != "requirement":
+            return ListTemplate(node, [self._scalar_or_copy(element, kind) for element in node.elements])
         return self._scalar_or_copy(node, kind)
 
     def _scalar_or_copy(self, node: YamlNode, kind: NodeKind | None) -> NodeTemplate:
         if isinstance(node.plain, (dict, list)):
-            return self.template(node, kind if kind == "text" else None)
+            return self.template(node, kind if kind in ("text", *_OF_DRIVERS) else None)
         if kind is None or node.text is None or node.plain is None or node.condemned:
             return CopyTemplate(node)
         return _TEMPLATES[kind](node, self.scope, self.report)

@@ -266,7 +266,7 @@ class _ObjectStage:
             return node
         types = self.facts.types
         text = domain.text
-        if text is not None and self.facts.misses_names and text not in types and _is_type(text):
+        if text is not None and self._is_noted(text):
             new = YamlNode(None, domain.place, condemned=True, end=domain.end)
         elif text is not None and (near := self._close_type(text)) is not None:
             self._report.add(Slug.BAD_DOMAIN, f"`{text}` is not a domain", domain.place, f"did you mean `{near}`?")
@@ -287,6 +287,12 @@ class _ObjectStage:
         return with_entries(
             node, (entry if entry.key != "domain" else entry._replace(node=new) for entry in entries_of(node))
         )
+
+    def _is_noted(self, domain: str) -> bool:
+        """Return whether an error is noted for the type that a domain names, or for what may declare this type."""
+        if domain in self.facts.types:
+            return self.facts.is_unread(domain)
+        return self.facts.misses_names and _is_type(domain)
 
     def _close_type(self, word: str) -> str | None:
         """Return the type that a misspelt domain probably means; `None` for a type, `bool`, and any other text."""

@@ -438,7 +438,11 @@ class PartFiles(Struct):
             if found.slug is Slug.NOT_UTF8:  # its place is in the part
                 self.report.add_found([found], named.place)
                 return None
-            self.report.add(found.slug, f"cannot use `{named.text}`: {found.message}", named.place, found.remedy)
+            folder = str(shown).removesuffix(named.text or "")
+            remedy = found.remedy and found.remedy.replace(
+                f"`{folder}", "`"
+            )  # a path as the user of the part writes it
+            self.report.add(found.slug, f"cannot use `{named.text}`: {found.message}", named.place, remedy)
             return None
         try:
             document, source, report = read_tree(text, str(shown), "part", "a part begins with `part: <name>`")

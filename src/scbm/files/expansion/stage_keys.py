@@ -30,9 +30,9 @@ REQUIREMENT_KEYS = ("requirement", "where")
 """The keys of a requirement that is written as a mapping, for parameters with a condition."""
 
 NodeKind: TypeAlias = Literal[
-    *("predicate", "requirement", "actions", "names", "assignments", "term", "text", "simulation", "copy"),
-    *("binding", "call", "choice", "calls", "fields", "argument", "readings"),
-]
+    "predicate", "requirement", "actions", "names", "assignments", "term", "text", "simulation", "copy",
+    "binding", "call", "choice", "calls", "fields", "argument", "readings",
+]  # fmt: skip
 """The kind of text under a key, which says how it is parsed; `copy` for values and words, the last line for `ros`."""
 
 KINDS_BELOW: dict[NodeKind | None, dict[str, NodeKind]] = {

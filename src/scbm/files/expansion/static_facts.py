@@ -26,6 +26,8 @@ WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 _RANGE = re.compile(r"\s*(\d{1,9})\s*\.\.\s*(\d{1,9})\s*")
 
+_NUMBER = re.compile(r"\d{1,9}", re.ASCII)
+
 MAX_OBJECTS = 10_000
 """The maximum number of objects that the types of a file list: as many as an entry may have instances."""
 
@@ -86,6 +88,10 @@ class StaticFacts(Struct, frozen=True):
     def objects(self, kind: str) -> tuple[str, ...]:
         """Return the objects of a type; none for an unknown one."""
         return self.types.get(kind, ())
+
+    def is_unread(self, kind: str) -> bool:
+        """Return whether a type has no objects because of an error, which explains what follows from that."""
+        return not self.is_whole and not self.objects(kind)
 
     def is_of_integers(self, kind: str) -> bool:
         """Return whether the objects of a type are integers."""
@@ -185,8 +191,9 @@ class _FactsReader:
 
     def _is_too_large(self, node: YamlNode, place: Place) -> bool:
         """Return whether a type is one too many, or lists too many objects, which is noted before they are read."""
-        integers = integers_of(node)
-        self._listed += len((node.get("objects") or node).elements)
+        listed = node.get("objects") or node
+        integers = integers_of(listed)
+        self._listed += len(listed.elements)
         self._listed += 0 if integers is None else abs(integers.stop - integers.start)
         for count, most, noun in ((len(self._own) + 1, MAX_TYPES, "types"), (self._listed, MAX_OBJECTS, "objects")):
             if count > most:
@@ -217,12 +224,21 @@ class _FactsReader:
                 message = f"`{node.text}` has no integers"
                 self._add(Slug.BAD_DOMAIN, message, node.place, "begin with the smaller number: `1..4`")
             return
-        if not isinstance(listed.plain, list):
-            message = f"the objects of `{name}` are a list"
-            self._add(Slug.WRONG_SHAPE, message, listed.place, f"write `{name}: [a, b]`")
+        if not isinstance(listed.plain, list) or _numbers(listed):
+            self._refuse_objects(name, listed)
             return
         for element in listed.elements:
             self._read_object(name, element)
+
+    def _refuse_objects(self, name: str, listed: YamlNode) -> None:
+        """Note what is neither a list of words nor a range; uses of integers that are meant are no further errors."""
+        numbers = _numbers(listed) or integers_of(listed) or ()
+        self._own[name] = dict.fromkeys(map(str, sorted(numbers)))
+        message = f"the objects of `{name}` are a list of words, or a range of integers"
+        remedy = f"write `{name}: [a, b]`, or `{name}: 1..4` for integers"
+        if numbers:
+            remedy = f"write `{name}: {min(numbers)}..{max(numbers)}`"
+        self._add(Slug.WRONG_SHAPE, message, listed.place, remedy)
 
     def _read_parent(self, name: str, parent: YamlNode, place: Place) -> None:
         if parent.text and parent.plain is not None:
@@ -335,6 +351,12 @@ class _FactsReader:
 
     def _add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
         self._report.add(slug, message, place, remedy)
+
+
+def _numbers(listed: YamlNode) -> list[int]:
+    """Return the elements of a list that has whole numbers alone; none for another list."""
+    texts = [element.text or "" for element in listed.elements]
+    return [int(text) for text in texts] if all(_NUMBER.fullmatch(text) for text in texts) else []
 
 
 def _is_list(node: YamlNode | None) -> bool:

@@ -21,6 +21,7 @@ _BEGINS = re.compile(rf"\s+(?!in\b){_WORD}")
 _LIKE_PARAMETERS = re.compile(rf"\s+({_WORD})\s*{_IN}\s*\S+?\s*\.(?!\w)")
 _IN_BRACKETS = re.compile(rf"\s*\(\s*\S+\s*{_IN}")
 _NO_PARAMETER = re.compile(rf"\s*{_IN}\s*\S+\s*\.(?!\w)")
+_NO_PARAMETERS = re.compile(r"\s*\(")
 _EXAMPLE = "write for example `{} r in robot. (robot_at[r] == dock)`"
 EXAMPLE_OF_COUNT = "write for example `count r in robot. (robot_at[r] == dock) <= 1`"
 _EXAMPLE_OF_TERM = "write for example `{} r in robot. (load[r]) <= 5`"
@@ -47,7 +48,7 @@ def _faults(word: re.Match[str], text: str, start: Start) -> Iterator[SyntaxFaul
             yield _fault(word, f"there is no quantifier `{shown}`", remedy)
     elif _IN_BRACKETS.match(text, at):
         yield _fault(word, f"the parameters of this `{shown}` stand in brackets", example)
-    elif _NO_PARAMETER.match(text, at):
+    elif _NO_PARAMETER.match(text, at) or (shown in QUANTIFIERS and _NO_PARAMETERS.match(text, at)):
         yield _fault(word, f"a parameter is missing after this `{shown}`", example)
     elif shown not in _TERMS and _LIKE_PARAMETERS.match(text, at) and not _stands_first(text[: word.start()]):
         yield _fault(word, f"`{shown}` stands first in its condition", example)

@@ -163,8 +163,7 @@ class ErrorCollector:
         names = self.instance_names
         instances = self._folded.get((place.file, place.line))
         lifted = self._as_written(message, place, is_lifted=True)
-        key = (place, slug, lifted if instances is None else names.without_objects(lifted))
-        key = self._first_use(key)
+        key = self._first_use((place, slug, names.without_objects(lifted)))
         noted = self._found.get(key)
         if noted is not None and _number_of_users(noted.first.place) <= _number_of_users(place):
             noted.count += 1
