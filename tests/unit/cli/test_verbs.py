@@ -60,6 +60,21 @@ def test_check_looks_at_bindings_beside_a_model(scbm: Scbm, tmp_path: Path, word
     wording(ran.err)
 
 
+def test_check_says_that_bindings_are_not_checked_without_the_extra(
+    scbm: Scbm, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
+    monkeypatch.setattr("scbm.nodes.bindings.binding_keys.has_library", lambda: False)
+    bound, bindings = "tests/models/valid/bindings.yaml", "examples/robot_in_the_air/ros2/bindings.yaml"
+    for words in ((bound,), (AFTER, "--bindings", bindings)):
+        ran = scbm("check", *words)
+        assert ran.code == 0
+        wording(ran.out)
+    (report,) = json.loads(scbm("check", bound, "--json").out)["models"]
+    assert report["bindings_checked"] is False
+    (report,) = json.loads(scbm("check", AFTER, "--bindings", bindings, "--json").out)["models"]
+    assert (report["bindings"]["bindings_checked"], "bindings_checked" in report) == (False, False)
+
+
 def test_check_exits_with_1_for_warnings_only_if_asked(scbm: Scbm, tmp_path: Path) -> None:
     doubtful = tmp_path / "doubtful.yaml"
     doubtful.write_text("behavior_model: x\nvariables: {a: {domain: bool, initial: false}}\noperations: {}\n")

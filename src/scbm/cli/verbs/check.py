@@ -15,7 +15,7 @@ from scbm.cli.output.terminal import activity_display, count_of, errors, results
 from scbm.closing.advice import THOROUGH, Checked, CheckLimits, Doubt, check_model
 from scbm.closing.current_date import today
 from scbm.files import Places, load_bindings, load_located
-from scbm.model import BehaviorModel, Diagnostic, InputError, Severity
+from scbm.model import BehaviorModel, Binding, Diagnostic, InputError, Severity
 from scbm.model.visible_text import counted
 
 FORMAT_VERSION = 1
@@ -83,6 +83,8 @@ def _check(
         out.line(f"{path}: {count_of(shown) or 'good'}")
         for sentence in _summary(model, checked):
             out.prose(sentence)
+        if _is_unchecked(model):
+            out.prose(_UNCHECKED)
         if checked.unfinished:
             remedy = "" if limits is THOROUGH else "; --thorough explores on"
             out.prose(f"  not finished: {', '.join(checked.unfinished)}{remedy}")
@@ -97,8 +99,17 @@ def _check(
         "reachable": checked.reachable,
         "complete": checked.complete,
         "unfinished": list(checked.unfinished),
+        **({"bindings_checked": False} if _is_unchecked(model) else {}),
         **bound,
     }
+
+
+_UNCHECKED = "  bindings not checked: extra `dds`"
+
+
+def _is_unchecked(model: BehaviorModel) -> bool:
+    """Return whether bindings are only kept: nothing knows the types of ROS 2."""
+    return any(type(resource.binding) is Binding for resource in model.resources)
 
 
 def _check_bindings(path: Path, model: BehaviorModel, *, quiet: bool) -> dict[str, Any]:
@@ -115,7 +126,10 @@ def _check_bindings(path: Path, model: BehaviorModel, *, quiet: bool) -> dict[st
         out.line(f"{path}: good")
         listed = f": {', '.join(real)}" if real else ""
         out.prose(f"  {model.name}: {counted(len(real), 'bound resource')} of {len(model.resources)}{listed}")
-    return {"file": str(path), "errors": [], "bound": real}
+        if _is_unchecked(bound):
+            out.prose(_UNCHECKED)
+    unchecked = {"bindings_checked": False} if _is_unchecked(bound) else {}
+    return {"file": str(path), "errors": [], "bound": real, **unchecked}
 
 
 def _warning(doubt: Doubt, places: Places) -> Diagnostic:

@@ -417,7 +417,7 @@ WRONG_REQUESTS = {
 
 
 @pytest.mark.parametrize("case", WRONG_REQUESTS)
-def test_a_wrong_field_of_a_request_is_said_at_its_place(case: str, wording: Wording) -> None:
+def test_a_wrong_field_of_a_request_is_reported_at_its_place(case: str, wording: Wording) -> None:
     with pytest.raises(InputError) as raised:
         service_of(f"request:\n  {WRONG_REQUESTS[case]}\nsucceeded: {{}}", "Move")
     wording(f"{d.place.line}:{d.place.column} {d.slug}: {d.message} = {d.remedy}" for d in raised.value.diagnostics)
@@ -439,7 +439,7 @@ WRONG_MEASURED = {
 
 
 @pytest.mark.parametrize("case", WRONG_MEASURED)
-def test_a_wrong_measured_topic_is_said_at_its_place(case: str, wording: Wording) -> None:
+def test_a_wrong_measured_topic_is_reported_at_its_place(case: str, wording: Wording) -> None:
     text = (
         "bindings_of: cell\nresources:\n  scanner:\n    topics: {request: /a, reply: /b}\n    measured:\n      zone: "
     )
@@ -448,7 +448,7 @@ def test_a_wrong_measured_topic_is_said_at_its_place(case: str, wording: Wording
 
 
 @pytest.mark.parametrize("written", ["nowhere", "[my_robot, 5]", "../models", "{a: b}", "''"])
-def test_a_path_without_interfaces_is_said(written: str, wording: Wording) -> None:
+def test_a_path_without_interfaces_is_reported(written: str, wording: Wording) -> None:
     listed = written if written.startswith(("[", "{")) else f"[{written}]"
     found = diagnostics_of(f"bindings_of: cell\ninterfaces: {listed}\nresources: {{}}\n")
     wording(f"{d.place.line}:{d.place.column} {d.slug}: {d.message} = {d.remedy}" for d in found)
@@ -506,11 +506,11 @@ def test_bindings_do_not_change_what_distinguishes_models() -> None:
 
 
 @pytest.mark.parametrize(
-    "said",
+    "word",
     [":0", "- a", "#", "a: b", "\n", " ", "true", "null", "5", "1e3", "", "'", '"', "\\", "{", "*a", "!a", "é", "<<"],
 )
-def test_any_text_that_a_driver_may_say_or_want_is_written_as_it_is(said: str) -> None:
-    quoted = json.dumps(said, ensure_ascii=False)
+def test_any_text_that_a_driver_may_say_or_want_is_written_as_it_is(word: str) -> None:
+    quoted = json.dumps(word, ensure_ascii=False)
     request = f"{{a: {{text: {quoted}}}, b: {quoted}, c: 1.5, d: -0}}"
     rest = f"succeeded: {{a: {quoted}}}, measured: {{zone: {{field: a, values: {{{quoted}: near}}}}}}"
     service = f"{{service: {{name: /say, type: my_robot/srv/Say, request: {request}, {rest}}}}}"
@@ -521,7 +521,7 @@ def test_any_text_that_a_driver_may_say_or_want_is_written_as_it_is(said: str) -
     assert write_model(again) == write_model(model)
     call = binding(again).requests
     assert isinstance(call, ServiceCall)
-    assert dict(call.request)[path_to(call.type.request, "a")] == said
+    assert dict(call.request)[path_to(call.type.request, "a")] == word
     assert repr(again.resources) == repr(model.resources)  # `1 == 1.0 == True` to Python
 
 

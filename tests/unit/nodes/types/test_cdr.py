@@ -44,7 +44,7 @@ def test_values_of_all_types_of_ros_2_are_encoded_as_by_rosbags_and_read_from_it
     """For zeros that pad the end, `rosbags` and DDS differ."""
     assert len(ALL) == 162
     random = Random(1)
-    values_of_each = max(2, share(100_000 // len(ALL), least=2) if share(100) == 100 else 2)
+    values_of_each = -(-100_000 // len(ALL)) if share(100) == 100 else 2
     for name in ALL:
         definition = LIBRARY.message(name)
         codec = codec_of(definition)

@@ -74,7 +74,7 @@ def test_a_path_ends_at_a_field_of_a_message(definition: MessageDefinition, text
         (LIBRARY.message("std_msgs/msg/Empty"), "data"),
     ],
 )
-def test_a_path_that_the_type_does_not_have_is_said_at_its_place(
+def test_a_path_that_the_type_does_not_have_is_reported_at_its_place(
     definition: MessageDefinition, text: str, wording: Wording
 ) -> None:
     found = read_path(definition, text, f"`{definition.name}`")

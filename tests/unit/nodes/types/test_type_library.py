@@ -166,14 +166,14 @@ WRONG: dict[str, dict[str, str | bytes]] = {
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_is_wrong_with_a_file_is_said_at_its_place(tmp_path: Path, case: str, wording: Wording) -> None:
+def test_what_is_wrong_with_a_file_is_reported_at_its_place(tmp_path: Path, case: str, wording: Wording) -> None:
     with pytest.raises(InputError) as raised:
         write(tmp_path, **WRONG[case]).message("robot/msg/Arm")
     wording(str(found).replace(str(tmp_path), "…") for found in raised.value.diagnostics)
 
 
 @pytest.mark.parametrize(("kind", "parts"), [("srv", 1), ("srv", 3), ("action", 2), ("action", 4)])
-def test_a_wrong_number_of_parts_is_said(tmp_path: Path, kind: str, parts: int, wording: Wording) -> None:
+def test_a_wrong_number_of_parts_is_reported(tmp_path: Path, kind: str, parts: int, wording: Wording) -> None:
     library = write(tmp_path, **{f"robot__{kind}__Do": "---\n".join(["bool a\n"] * parts)})
     with pytest.raises(InputError) as raised:
         (library.service if kind == "srv" else library.action)(f"robot/{kind}/Do")
