@@ -121,6 +121,7 @@ def test_the_schema_is_one() -> None:
         "planner",
         "waivers",
         "runs",
+        "interfaces",
         "include",
         "parts",
     ]
