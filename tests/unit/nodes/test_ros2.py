@@ -18,7 +18,17 @@ from scbm.nodes.bindings.ros_binding import MeasuredTopic, RosBinding
 from scbm.nodes.buses.bus import Answered, BusError, Received, Service, Topic
 from scbm.nodes.buses.rclpy_bus import RclpyBus, open_ros2
 from scbm.nodes.links.measured_topics import MeasuredTopics
-from scbm.nodes.types.definitions import BOOL, FLOAT64, SET_BOOL, STRING, TRIGGER
+from scbm.nodes.types.definitions import (
+    BOOL,
+    FLOAT64,
+    SET_BOOL,
+    STRING,
+    TRIGGER,
+    FieldShape,
+    ListShape,
+    MessageDefinition,
+    Primitive,
+)
 from support import loops
 from support.fake_rclpy import Enums, Profile, Rclpy, endpoint_info, structure
 from support.hearing import Heard
@@ -223,6 +233,37 @@ def test_a_type_that_the_user_has_built_is_found_by_its_name(monkeypatch: pytest
 
     loops.run(scenario())
     assert [sent.shelf for sent in fake.endpoints["/pick"].sent] == [3]
+
+
+def test_lists_of_bytes_and_numbers_become_what_rclpy_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake, sent = Rclpy(), SimpleNamespace
+    fields: dict[str, FieldShape] = {
+        "id": ListShape(Primitive("uint8"), 3, is_array=True),
+        "levels": ListShape(Primitive("byte")),
+        "level": Primitive("byte"),
+        "angles": ListShape(Primitive("float64"), 2),
+    }
+    made: list[object] = []
+
+    class Odd:
+        def __init__(self) -> None:
+            made.append(self)
+
+        @classmethod
+        def get_fields_and_field_types(cls) -> dict[str, str]:
+            return {"id": "uint8[3]", "levels": "sequence<octet>", "level": "octet", "angles": "sequence<double, 2>"}
+
+    fake.install(monkeypatch, {"odd_msgs.msg.Odd": Odd})
+
+    async def scenario() -> None:
+        bus = open_ros2("scbm", 0, _ignore)
+        topic = Topic("/odd", MessageDefinition("odd_msgs/msg/Odd", tuple(fields.items())))
+        bus.publisher(topic).publish({"id": [1, 2, 3], "levels": b"\1\2", "level": 7, "angles": [0.5]})
+        await bus.close()
+
+    loops.run(scenario())
+    (odd,) = made
+    assert sent(**vars(odd)) == sent(id=[1, 2, 3], levels=[b"\1", b"\2"], level=b"\7", angles=[0.5])
 
 
 # what is wrong

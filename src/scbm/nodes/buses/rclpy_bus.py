@@ -371,6 +371,8 @@ def _filled(made: Foreign, definition: MessageDefinition, message: Message) -> F
             value = parts if isinstance(shape, ListShape) else parts[0]
         elif element == Primitive("byte"):
             value = [bytes((each,)) for each in value] if isinstance(shape, ListShape) else bytes((value,))
+        elif isinstance(value, bytes):
+            value = list(value)  # numpy takes bytes for one text
         setattr(made, name, value)
     return made
 
