@@ -140,11 +140,13 @@ class Origin(Struct, frozen=True):
         seed: the seed.
         number: the number of the case.
         moves_inputs: whether inputs and published values that no environment transition changes are moved as well.
+        goals: the largest number of goals that the case could have drawn.
     """
 
     seed: int
     number: int = 1
     moves_inputs: bool = False
+    goals: int = 1
 
 
 class CaseLimits(Struct, frozen=True):

@@ -7,7 +7,19 @@ from scbm.cli.campaigns.test_campaign import CampaignOptions
 from scbm.cli.options.closing_options import DEFAULT_LIMITS, MaxPlanning, MaxStates
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import RunPlanner
-from scbm.cli.options.verb_options import Cases, CaseTimeLimit, Files, Inputs, Jobs, Json, Model, Network, Require, Seed
+from scbm.cli.options.verb_options import (
+    Cases,
+    CaseTimeLimit,
+    Files,
+    Inputs,
+    Jobs,
+    Json,
+    Model,
+    MostGoals,
+    Network,
+    Require,
+    Seed,
+)
 from scbm.cli.output.terminal import errors
 from scbm.closing import CloseLimits
 from scbm.mutation.git_revision import changed_since
@@ -30,6 +42,7 @@ def command(
     seed: Seed = 0,
     network: Network = None,
     inputs: Inputs = None,
+    goals: MostGoals = None,
     require: Require = None,
     oracle: Annotated[
         str | None,
@@ -100,7 +113,7 @@ def command(
 ) -> int:
     """Change the model in one small way at a time, and report which changes its cases notice."""
     wanted = CampaignOptions(
-        model, files or [], cases, seed, network, require or [], time_limit, planner, inputs=inputs
+        model, files or [], cases, seed, network, require or [], time_limit, planner, inputs=inputs, goals=goals
     )
     thresholds = read_score(fail_under or [])
     chosen, records = read_operators(operators or []), read_oracle(oracle)

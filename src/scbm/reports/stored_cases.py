@@ -17,6 +17,7 @@ from scbm.model.visible_text import counted, shell_word, shown_path
 from scbm.planning import DRAWN_PLANS
 from scbm.store import Written
 from scbm.testing import MAX_SHRUNK, FailureKind
+from scbm.testing.random_cases import MOST_GOALS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -140,12 +141,17 @@ def again(stored: StoredCase, model_file: str, runs: Sequence[StoredRun]) -> str
         return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{options}{_added(recipe)}"
     network = f" --network {shell_word(recipe.network)}" if recipe.network else ""
     network += " --inputs drawn" if recipe.moves_inputs else ""
+    default = 1 if _SINGLE.search(run.source.text) else MOST_GOALS
+    network += "" if recipe.goals == default else f" --goals {recipe.goals}"
     options = f"{network}{_planner_options(run)}{_added(recipe)}"
     return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{options}"
 
 
 _DRAWN = re.compile(r"""\bplans["']?\s*:\s*["']?drawn\b""")
 """Found in the text of a model that declares drawn plans."""
+
+_SINGLE = re.compile(r"""\bgoals["']?\s*:\s*["']?single\b""")
+"""Found in the text of a model whose runs have one goal each."""
 
 _PLANS = re.compile(r"^plans\b", re.MULTILINE)
 """Found in the text of a case with recorded answers of a planner."""

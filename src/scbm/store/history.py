@@ -109,6 +109,7 @@ class Drawn(Struct, frozen=True):
         time_limit_ns: the time limit of the command line; `None` for none.
         real: as of a written one.
         moves_inputs: whether inputs and published values without environment transitions are moved (`--inputs drawn`).
+        goals: the largest number of goals that it could have drawn (`--goals`).
     """
 
     seed: int
@@ -118,6 +119,7 @@ class Drawn(Struct, frozen=True):
     time_limit_ns: int | None = None
     real: tuple[str, ...] | None = None
     moves_inputs: bool = False
+    goals: int = 1
 
 
 Recipe: TypeAlias = Written | Drawn
@@ -316,6 +318,7 @@ def key_of(recipe: Recipe, model_digest: str, planner: str = FIRST_PLANNER.name)
     else:
         parts = ["drawn", recipe.seed, recipe.number, recipe.network]
         parts += ["inputs"] if recipe.moves_inputs else []
+        parts += [] if recipe.goals == 1 else ["goals", recipe.goals]
     parts += [recipe.requirements, recipe.time_limit_ns]
     parts += [] if recipe.real is None else [recipe.real]
     parts += [] if planner == FIRST_PLANNER.name else [planner]

@@ -73,7 +73,7 @@ def drawn_recipe(case: Case, network: str, real: tuple[str, ...] | None = None) 
     if case.origin is None:
         raise ValueError(f"`{case.name}` is not drawn")
     origin, requirements = case.origin, _sentences(case.requirements)
-    added = (requirements, case.limits.time_ns, real, origin.moves_inputs)
+    added = (requirements, case.limits.time_ns, real, origin.moves_inputs, origin.goals)
     return Drawn(origin.seed, origin.number, network, *added)
 
 
@@ -84,7 +84,7 @@ class Replays:
         self._model = history.model
         self._runs = history.runs
         self._testers: dict[str, Tester] = {}
-        self._random: dict[tuple[str, bool], RandomCases] = {}
+        self._random: dict[tuple[str, bool, int], RandomCases] = {}
         self._requirements: dict[str, Requirement] = {}
 
     def execute(self, stored: StoredCase) -> Execution | None:
@@ -146,17 +146,18 @@ class Replays:
         if isinstance(recipe, Written):
             case = read_case(recipe.text, self._model, recipe.path)
         else:
-            case = self._random_cases(recipe.network, recipe.moves_inputs).case(recipe.seed, recipe.number)
+            case = self._random_cases(recipe).case(recipe.seed, recipe.number)
         added = tuple(self._requirement(name, sentence) for name, sentence in recipe.requirements)
         limit_ns = recipe.time_limit_ns if case.limits.time_ns is None else case.limits.time_ns
         limits = replace(case.limits, time_ns=limit_ns)
         return replace(case, requirements=(*case.requirements, *added), limits=limits)
 
-    def _random_cases(self, network: str, moves_inputs: bool) -> RandomCases:  # noqa: FBT001 - a key of the cache
-        key = (network, moves_inputs)
+    def _random_cases(self, recipe: Drawn) -> RandomCases:
+        key = (recipe.network, recipe.moves_inputs, recipe.goals)
         if key not in self._random:
-            drawn_in = self._network(network)
-            self._random[key] = RandomCases(self._model, network=drawn_in, moves_inputs=moves_inputs)
+            drawn_in, moves_inputs = self._network(recipe.network), recipe.moves_inputs
+            cases = RandomCases(self._model, network=drawn_in, moves_inputs=moves_inputs, goals=recipe.goals)
+            self._random[key] = cases
         return self._random[key]
 
     def _network(self, text: str) -> Network | None:

@@ -160,7 +160,8 @@ TABLES: dict[str, StoreTable] = {
                 "TEXT NOT NULL UNIQUE",
                 "JSON: `network` of random cases as in `--network`, `drawn`, or empty; `requirements`, each"
                 " with name and text; `time_limit_ns` or null; `real` only over nodes: the names of the real"
-                " resources; `moves_inputs` only with `--inputs drawn`: true",
+                " resources; `moves_inputs` only with `--inputs drawn`: true; `goals` only where random"
+                " cases can have several: their largest number",
             ),
         ),
     ),

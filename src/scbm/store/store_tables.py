@@ -430,13 +430,14 @@ class Tables:
 
     def _setting(self, network: str, recipe: Recipe) -> int:
         """Return the id of the options of the command line for a case."""
-        moves_inputs = isinstance(recipe, Drawn) and recipe.moves_inputs
-        options = (network, recipe.requirements, recipe.time_limit_ns, recipe.real, moves_inputs)
+        moves_inputs, goals = (recipe.moves_inputs, recipe.goals) if isinstance(recipe, Drawn) else (False, 1)
+        options = (network, recipe.requirements, recipe.time_limit_ns, recipe.real, moves_inputs, goals)
         if options not in self._settings:
             given: dict[str, object] = {"network": network}
             given |= {"requirements": recipe.requirements, "time_limit_ns": recipe.time_limit_ns}
             given |= {} if recipe.real is None else {"real": recipe.real}
             given |= {"moves_inputs": True} if moves_inputs else {}
+            given |= {} if goals == 1 else {"goals": goals}
             text = json.dumps(given, ensure_ascii=False)
             self._connection.execute("INSERT OR IGNORE INTO setting (options) VALUES (?)", (text,))
             self._settings[options] = self._id("setting", "options", text)
@@ -547,12 +548,11 @@ class _WrittenSetting(Struct, frozen=True):
     time_limit_ns: int | None
     real: tuple[str, ...] | None = None
     moves_inputs: bool = False
+    goals: int = 1
 
 
-def _options(text: str) -> Row:
-    """Network, requirements, time limit, real resources of a setting, and whether inputs move."""
-    written = convert_json(read_json(text, _MAX_JSON_CHARACTERS), _WrittenSetting)
-    return written.network, written.requirements, written.time_limit_ns, written.real, written.moves_inputs
+def _options(text: str) -> _WrittenSetting:
+    return convert_json(read_json(text, _MAX_JSON_CHARACTERS), _WrittenSetting)
 
 
 def _refuse_another_log(log: bytes | None, recipe: Recipe) -> None:
@@ -563,8 +563,9 @@ def _refuse_another_log(log: bytes | None, recipe: Recipe) -> None:
         unpacked_log(log)
 
 
-def _recipe(options: Row, seed: str | None, number: int, text: str | None, path: str) -> Recipe:
-    network, requirements, limit_ns, real, moves_inputs = options
+def _recipe(options: _WrittenSetting, seed: str | None, number: int, text: str | None, path: str) -> Recipe:
+    added = (options.requirements, options.time_limit_ns, options.real)
     if text is not None:
-        return Written(_text(text), _text(path), requirements, limit_ns, real)
-    return Drawn(int(seed or ""), _number(number), network, requirements, limit_ns, real, moves_inputs)
+        return Written(_text(text), _text(path), *added)
+    drawn = (options.network, *added, options.moves_inputs, options.goals)
+    return Drawn(int(seed or ""), _number(number), *drawn)

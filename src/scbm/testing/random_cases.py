@@ -1,8 +1,9 @@
-"""Random cases: goal, initial state and, on request, network of each case (paper, Section VI, step 3; semantics 7.5).
+"""Random cases: goals, initial state and, on request, network of each case (paper, Section VI, step 3; semantics 7.5).
 
-The seed and the number of a case determine what is drawn for the case. Goal and initial state come from `case_stream`,
-the network from `fault_stream` (`testing/random_streams.py`). So goal and initial state are the same whether or not the
-network is drawn. A drawn network has each kind of fault with probability 1/2, and always a value for each limit.
+The seed and the number of a case determine what is drawn for the case. The first goal and the initial state come from
+`case_stream`, further goals from `goal_stream`, the network from `fault_stream` (`testing/random_streams.py`). So the
+first goal and the initial state are the same whether or not the others are drawn. A drawn network has each kind of
+fault with probability 1/2, and always a value for each limit.
 """
 
 from __future__ import annotations
@@ -10,16 +11,17 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, TypeVar, assert_never
 
-from scbm.cases import NETWORK_FAULTS, Case, FaultAction, Network, Origin, ShareFault, TimeFault, WindowFault
-from scbm.model import Diagnostic, InitialStates, InputError, Place, Slug, State
-from scbm.testing.random_streams import case_stream, fault_stream
+from scbm.cases import NETWORK_FAULTS, Case, CaseGoal, FaultAction, Network, Origin, ShareFault, TimeFault, WindowFault
+from scbm.cases.trace import End
+from scbm.model import Diagnostic, GoalOrder, InitialStates, InputError, Place, Slug, State
+from scbm.testing.random_streams import case_stream, fault_stream, goal_stream
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from random import Random
 
     from scbm.cases import AnyNetworkFault, FaultWindow
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, Predicate
 
 _T = TypeVar("_T")
 
@@ -42,6 +44,19 @@ _LATEST_MS = 20_000
 
 _LONGEST_MS = 5_000
 """Maximum length of a drawn window."""
+
+
+MOST_GOALS = 3
+"""The largest number of goals of a random case in a model whose goals follow each other, if nothing else is asked."""
+
+
+_WITHOUT_PLAN = (End.UNSOLVABLE, End.TIME_LIMIT)
+"""How the run for a goal without plan ends: at once, or, where the environment acts in time, at the limit of time."""
+
+
+def most_goals(model: BehaviorModel) -> int:
+    """Return the largest number of goals of a random case if nothing else is asked for: 1 where runs are single."""
+    return MOST_GOALS if model.runs.goals is GoalOrder.SEQUENCE else 1
 
 
 def draw_network(model: BehaviorModel, origin: Origin) -> Network:
@@ -118,6 +133,7 @@ class RandomCases:
         network: Network | None = _PERFECT,
         *,
         moves_inputs: bool = False,
+        goals: int = 1,
     ) -> None:
         """Take the model; raise `InputError` if it has no goals.
 
@@ -126,10 +142,12 @@ class RandomCases:
             file: the name of the model in errors; by default the name that it has.
             network: how messages travel in every case; `None` draws another network for each.
             moves_inputs: whether inputs and published values without environment transitions are moved, too.
+            goals: the largest number of goals of a case.
         """
         self.model = model
         self._network = network
         self._moves_inputs = moves_inputs
+        self._goals = goals
         self._place = Place(file or model.name)
         self._initial = InitialStates(model)
         if not model.goals:
@@ -142,12 +160,24 @@ class RandomCases:
 
     def case(self, seed: int, number: int) -> Case:
         """Return case `number`, counted from 1; raise `InputError` if no allowed initial state is found."""
-        origin = Origin(seed, number, self._moves_inputs)
+        origin = Origin(seed, number, self._moves_inputs, self._goals)
         random = case_stream(origin)
         network = draw_network(self.model, origin) if self._network is None else self._network
-        goal, predicate = self.model.goals[int(random.random() * len(self.model.goals))]
-        name = f"seed-{seed}-case-{number}"
-        return Case(name, goal, predicate, self._draw_state(random), network=network, origin=origin)
+        goal, predicate = self._draw_goal(random)
+        name, later = f"seed-{seed}-case-{number}", tuple(self._draw_later(goal_stream(origin)))
+        return Case(name, goal, predicate, self._draw_state(random), network=network, origin=origin, later=later)
+
+    def _draw_goal(self, random: Random) -> tuple[str, Predicate]:
+        return self.model.goals[int(random.random() * len(self.model.goals))]
+
+    def _draw_later(self, random: Random) -> Iterator[CaseGoal]:
+        """Yield the goals after the first one.
+
+        Some goals of a model exclude others, so there may be no plan: such a run is unsolvable, or waits in vain.
+        """
+        for _ in range(int(random.random() * self._goals)):
+            goal, predicate = self._draw_goal(random)
+            yield CaseGoal(goal, predicate, may_end=_WITHOUT_PLAN if self.model.environment else _WITHOUT_PLAN[:1])
 
     def _draw_state(self, random: Random) -> State:
         space = self.model.space

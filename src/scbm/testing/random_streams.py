@@ -20,6 +20,11 @@ def case_stream(origin: Origin) -> Random:
     return _stream("case", origin)
 
 
+def goal_stream(origin: Origin) -> Random:
+    """Return the stream that draws the goals after the first one."""
+    return _stream("goals", origin)
+
+
 def reaction_stream(origin: Origin) -> Random:
     """Return the stream that draws the reactions of resources."""
     return _stream("reactions", origin)

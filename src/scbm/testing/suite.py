@@ -20,7 +20,7 @@ from scbm.testing.batches.campaign_runs import run_steps
 from scbm.testing.batches.campaign_work import CampaignWork, drawn_name
 from scbm.testing.campaign import Campaign
 from scbm.testing.planner_override import planner_of_replay
-from scbm.testing.random_cases import RandomCases
+from scbm.testing.random_cases import RandomCases, most_goals
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -50,6 +50,7 @@ class Suite(Struct, frozen=True, dict=True):
         planner_option: the options for the planner as the command line has them, with a blank before each; `model` has
             the planner itself.
         moves_inputs: whether random cases move inputs and published values without environment transitions, too.
+        given_goals: the largest number of goals of a random case as on the command line; `None` for that of the model.
     """
 
     model: BehaviorModel
@@ -65,6 +66,12 @@ class Suite(Struct, frozen=True, dict=True):
     numbers: Sequence[int] = ()
     planner_option: str = ""
     moves_inputs: bool = False
+    given_goals: int | None = None
+
+    @property
+    def goals(self) -> int:
+        """The largest number of goals of a random case."""
+        return self.given_goals or most_goals(self.model)
 
     def loaded(self) -> Suite:
         """Return the suite with the cases of its files, and with all its random cases.
@@ -109,14 +116,23 @@ class Suite(Struct, frozen=True, dict=True):
         written = tuple(written.case for written in self.written)
         added = (self.requirements, self.time_limit_ns)
         return CampaignWork(
-            self.model, written, self.numbers, self.seed, self.network, *added, str(self.file), self.moves_inputs
+            self.model,
+            written,
+            self.numbers,
+            self.seed,
+            self.network,
+            *added,
+            str(self.file),
+            self.moves_inputs,
+            self.goals,
         )
 
     def drawn(self) -> Iterable[Case]:
         """Yield the random cases, without additions of the command line."""
         if not self.numbers:
             return ()
-        cases = RandomCases(self.model, str(self.file), self.network, moves_inputs=self.moves_inputs)
+        file, moves_inputs = str(self.file), self.moves_inputs
+        cases = RandomCases(self.model, file, self.network, moves_inputs=moves_inputs, goals=self.goals)
         return (cases.case(self.seed, number) for number in self.numbers)
 
     def run(self, show: Callable[[str], None], executor: Executor | None = None) -> Campaign:
@@ -212,9 +228,10 @@ class Suite(Struct, frozen=True, dict=True):
 
     @property
     def network_option(self) -> str:
-        """The options for the network and the inputs of the random cases, each with a leading blank."""
+        """The options for network, inputs and goals of the random cases, each with a leading blank."""
         network = f" --network {shell_word(self.network_text)}" if self.network_text else ""
-        return network + (" --inputs drawn" if self.moves_inputs else "")
+        goals = "" if self.given_goals is None else f" --goals {self.given_goals}"
+        return network + (" --inputs drawn" if self.moves_inputs else "") + goals
 
     @property
     def test_options(self) -> str:

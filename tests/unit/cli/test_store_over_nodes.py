@@ -120,7 +120,7 @@ def test_the_store_says_which_resources_were_real(
     for stored, number in zip(history.cases, (1, 2), strict=True):
         execution = replays.execute(stored)
         assert execution is not None
-        assert execution.trace == real_run(SCANS, RandomCases(SCANS).case(0, number)).trace
+        assert execution.trace == real_run(SCANS, RandomCases(SCANS, goals=3).case(0, number)).trace
 
 
 class AnotherController(RealScanner):

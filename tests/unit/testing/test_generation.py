@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
+from msgspec.structs import replace
 
-from scbm.model import BehaviorModel, InputError, Slug
+from scbm.cases.trace import End
+from scbm.model import BehaviorModel, GoalOrder, InputError, RunsDeclaration, Slug
 from scbm.testing import RandomCases
+from scbm.testing.random_cases import most_goals
 from support.models import scan_cell
 
 
@@ -40,6 +43,23 @@ def test_values_and_goals_come_from_what_the_model_lists_alike_often() -> None:
     assert min(states.values()) > 140
     assert 500 < Counter(case.goal for case in cases)["red"] < 700
     assert all(case.initial["box_is_scanned"] is False for case in cases)
+
+
+def test_further_goals_change_neither_the_first_one_nor_the_initial_state() -> None:
+    model = _model(("goals:", "goals:\n  red: light == red"))
+    short, long = (list(RandomCases(model, goals=goals).first(300, seed=1)) for goals in (1, 3))
+    assert [(case.goal, case.initial) for case in short] == [(case.goal, case.initial) for case in long]
+    assert all(not case.later for case in short)
+    assert min(Counter(len(case.goals) for case in long)[count] for count in (1, 2, 3)) > 70
+    assert {goal.name for case in long for goal in case.later} == {name for name, _ in model.goals}
+    assert {goal.may_end for case in long for goal in case.later} == {(End.UNSOLVABLE,)}
+
+
+def test_goals_follow_each_other_unless_runs_are_single() -> None:
+    single, sequence = (
+        replace(_model(), runs=RunsDeclaration(order)) for order in (GoalOrder.SINGLE, GoalOrder.SEQUENCE)
+    )
+    assert (most_goals(single), most_goals(sequence)) == (1, 3)
 
 
 def test_initial_states_satisfy_the_predicate_of_the_model() -> None:

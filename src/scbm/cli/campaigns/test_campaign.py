@@ -24,6 +24,7 @@ from scbm.model.visible_text import counted, shown_path
 from scbm.reports import coverage_report, missing_report
 from scbm.testing import MAX_SHRUNK, CampaignResult, Tester, campaign_json, case_texts, find_causes
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
+from scbm.testing.random_cases import most_goals
 from scbm.testing.suite import Suite
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ class CampaignOptions(Struct, frozen=True):
     planner: PlannerOptions = NO_PLANNER_OPTIONS
     dry: int | None = None
     inputs: str | None = None
+    goals: int | None = None
 
     def suite(self, options: Mapping[str, object]) -> Suite:
         """Return the suite. Raise `InputError`.
@@ -73,7 +75,7 @@ class CampaignOptions(Struct, frozen=True):
         loaded = read.read(lambda: self.planner.applied(model), model)
         default = 0 if self.files else _RANDOM
         random = (default if self.dry is None else MAX_RANDOM) if self.cases is None else self.cases
-        given = {"--network": self.network, "--inputs": self.inputs, **options}
+        given = {"--network": self.network, "--inputs": self.inputs, "--goals": self.goals, **options}
         read.read(lambda: refuse_without_random_cases(random, given), None)
         faults = read.read(lambda: read_faults(self.network, loaded), None)
         requirements: tuple[Requirement, ...] = read.read(lambda: read_requirements(self.require, loaded), ())
@@ -91,6 +93,7 @@ class CampaignOptions(Struct, frozen=True):
             time_limit_ns=time_limit_ns,
             planner_option=self.planner.text,
             moves_inputs=moves_inputs,
+            given_goals=None if self.goals == most_goals(loaded) else self.goals,
         )
         return read.last(suite.loaded)
 

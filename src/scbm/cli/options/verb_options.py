@@ -49,6 +49,16 @@ Inputs = Annotated[
         help="Move inputs and published values without environment transitions, too: `drawn`.",
     ),
 ]
+MostGoals = Annotated[
+    int | None,
+    HelpSection.CASES.option(
+        "--goals",
+        metavar="N",
+        min=1,
+        max=1_000,
+        help="Random cases have 1 to N goals in a row. [3; 1 for a model with single goals]",
+    ),
+]
 Require = Annotated[
     list[str] | None, HelpSection.VERDICTS.option("--require", metavar="SENTENCE", help="An additional requirement.")
 ]

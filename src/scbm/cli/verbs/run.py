@@ -17,11 +17,12 @@ from scbm.cli.options.option_values import (
     read_time_limit,
 )
 from scbm.cli.options.planner_options import RunPlanner
-from scbm.cli.options.verb_options import AllChanges, Inputs, Json, Model, Require, StateValues, TraceFile
+from scbm.cli.options.verb_options import AllChanges, Inputs, Json, Model, MostGoals, Require, StateValues, TraceFile
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Requirement
 from scbm.testing import RandomCases, Tester, draw_network
+from scbm.testing.random_cases import most_goals
 
 
 def command(
@@ -41,6 +42,7 @@ def command(
         HelpSection.CASES.option("--network", help="Faults of the network: `loss: 2 %, jitter: 20 ms`, or `drawn`."),
     ] = None,
     inputs: Inputs = None,
+    goals: MostGoals = None,
     require: Require = None,
     time_limit: Annotated[
         str | None,
@@ -59,7 +61,9 @@ def command(
     faults = options.read(lambda: read_faults(network, loaded), None)
     requirements: tuple[Requirement, ...] = options.read(lambda: read_requirements(require or [], loaded), ())
     time_limit_ns = options.read(lambda: read_time_limit(time_limit), None)
-    origin = Origin(seed, case or 1, options.read(lambda: read_inputs(inputs), default=False))
+    moves_inputs = options.read(lambda: read_inputs(inputs), default=False)
+    options.read(lambda: _refuse_goals(goals if case is None else None), None)
+    origin = Origin(seed, case or 1, moves_inputs, 1 if case is None else goals or most_goals(loaded))
     asked = options.last(lambda: _case(loaded, str(model), goal, state, origin, drawn=case is not None))
     asked = replace(
         asked,
@@ -72,6 +76,12 @@ def command(
     return 0 if execution.verdict.passed else 1
 
 
+def _refuse_goals(goals: int | None) -> None:
+    """Raise `InputError` for a number of goals that are not drawn."""
+    if goals is not None:
+        raise option_error("--goals", "this is for random cases", "add for example `--case 1`")
+
+
 def _case(
     model: BehaviorModel, file: str, goal: str | None, state: list[str] | None, origin: Origin, *, drawn: bool
 ) -> Case:
@@ -81,7 +91,8 @@ def _case(
             raise option_error(
                 "--case", "`--case` draws goal and initial state, so `--goal` and `--state` do not go with it"
             )
-        return RandomCases(model, file, moves_inputs=origin.moves_inputs).case(origin.seed, origin.number)
+        drawn_cases = RandomCases(model, file, moves_inputs=origin.moves_inputs, goals=origin.goals)
+        return drawn_cases.case(origin.seed, origin.number)
     if goal is None:
         names = ", ".join(name for name, _ in model.goals) or "none in this model"
         raise option_error(

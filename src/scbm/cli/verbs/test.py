@@ -51,6 +51,7 @@ from scbm.cli.options.verb_options import (
     Json,
     Missing,
     Model,
+    MostGoals,
     Network,
     Require,
     Seed,
@@ -71,6 +72,7 @@ def command(
     seed: Seed = 0,
     network: Network = None,
     inputs: Inputs = None,
+    goals: MostGoals = None,
     jobs: Jobs = None,
     cluster: Cluster = None,
     until_dry: Annotated[
@@ -132,7 +134,7 @@ def command(
 ) -> int:
     """Run case files and random cases, judge them, and report their coverage of the model."""
     wanted = CampaignOptions(
-        model, files or [], cases, seed, network, require or [], time_limit, planner, until_dry, inputs
+        model, files or [], cases, seed, network, require or [], time_limit, planner, until_dry, inputs, goals
     )
     options = OptionReader()
     figures = options.read(lambda: read_thresholds(fail_under or []), read_thresholds([]))

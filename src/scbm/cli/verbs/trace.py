@@ -15,12 +15,13 @@ from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import option_error
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import RunPlanner
-from scbm.cli.options.verb_options import Inputs, ModelOfFile, Require, RerunTimeLimit
+from scbm.cli.options.verb_options import Inputs, ModelOfFile, MostGoals, Require, RerunTimeLimit
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, format_moment
 from scbm.testing import Execution, RandomCases, Tester
 from scbm.testing.batches.campaign_work import complete
+from scbm.testing.random_cases import most_goals
 
 FORMAT_VERSION = 1
 
@@ -70,6 +71,7 @@ def command(
         str | None, HelpSection.CASES.option("--network", help="With `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
     ] = None,
     inputs: Inputs = None,
+    goals: MostGoals = None,
     require: Require = None,
     time_limit: RerunTimeLimit = None,
     planner: RunPlanner,
@@ -80,7 +82,7 @@ def command(
     files = {output.option: output.path for output in outputs}
     if case is None:
         _refuse(
-            {"--seed": seed, "--network": network, "--inputs": inputs},
+            {"--seed": seed, "--network": network, "--inputs": inputs, "--goals": goals},
             "this is for random cases",
             "add for example `--case 1`",
         )
@@ -91,7 +93,9 @@ def command(
         writer = FileWriter(model=file)
         writer.refuse_outputs(files)
         loaded = planner.applied(load_model(file))
-        cases = RandomCases(loaded, str(file), read_faults(network, loaded), moves_inputs=read_inputs(inputs))
+        faults, moves_inputs = read_faults(network, loaded), read_inputs(inputs)
+        most = goals or most_goals(loaded)
+        cases = RandomCases(loaded, str(file), faults, moves_inputs=moves_inputs, goals=most)
         drawn = cases.case(seed or 0, case)
         requirements = read_requirements(require or [], loaded)
         execution = Tester(loaded).execute(complete(drawn, requirements, read_time_limit(time_limit), loaded))

@@ -15,6 +15,7 @@ from scbm.model.requirements import LeadsTo
 from scbm.planning import PlanCache
 from scbm.testing import RandomCases, Shrinker, Tester
 from scbm.testing.continuations.reachable_goals import LIMIT_ENDS
+from scbm.testing.random_cases import most_goals
 from scbm.testing.shrinking.shrinker import UnshrinkableError
 from scbm.testing.verdicts import FailureKind
 
@@ -133,7 +134,7 @@ class ViolatingCases:
         wanted = tuple(keys)
         if self.tester.planner.entry.is_external:
             return
-        random = RandomCases(self._model)
+        random = RandomCases(self._model, goals=most_goals(self._model))
         for number in range(1, self._most + 1):
             if all(key in self._found for key in wanted):
                 return

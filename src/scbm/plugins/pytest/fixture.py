@@ -16,6 +16,7 @@ from scbm.plugins.pytest.session_models import ModelResults, planner_words
 from scbm.reports import failure_lines
 from scbm.reports.terminal.failure_report import finding_lines
 from scbm.testing import Campaign, RandomCases, find_causes
+from scbm.testing.random_cases import most_goals
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -110,7 +111,7 @@ class ModelUnderTest:
         if index(cases) < 0:
             raise ValueError(f"{cases} cases cannot be run")
         seed, test = index(seed), _current_test()
-        drawn = RandomCases(self.behavior, self._loaded.shown).first(cases, seed)
+        drawn = RandomCases(self.behavior, self._loaded.shown, goals=most_goals(self.behavior)).first(cases, seed)
         return tuple(self._models.run(self._loaded, case, test, ModelResults.RANDOM) for case in drawn)
 
     def check_random(self, seed: int = 0, cases: int = 20) -> tuple[Execution, ...]:

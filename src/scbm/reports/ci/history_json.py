@@ -121,6 +121,7 @@ def _recipe(recipe: Recipe) -> dict[str, Any]:
         how: dict[str, Any] = {"kind": "written", "path": recipe.path, "text": recipe.text}
     else:
         how = {"kind": "drawn", "seed": recipe.seed, "number": recipe.number, "network": recipe.network}
+        how |= {"goals": recipe.goals}
     limit_ns = recipe.time_limit_ns
     return how | {
         "requirements": dict(recipe.requirements),

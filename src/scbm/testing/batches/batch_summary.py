@@ -316,12 +316,15 @@ class SummaryBuilder(Struct):
 
 
 def _reasons(failures: Iterable[Failure]) -> list[tuple[Failure, ...]]:
-    """Return the reasons of one case: each failure, and all unmet expectations together."""
+    """Return the reasons of one case: each failure once, and all unmet expectations together.
+
+    Runs for several goals of a case can fail for one reason.
+    """
     reasons: list[tuple[Failure, ...]] = []
     expected = []
     for failure in failures:
         if failure.kind is FailureKind.EXPECTATION:
             expected.append(failure)
-        else:
+        elif not any(failure.is_like(first) for (first,) in reasons):
             reasons.append((failure,))
     return [*reasons, tuple(expected)] if expected else reasons

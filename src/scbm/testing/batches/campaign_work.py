@@ -80,6 +80,7 @@ class CampaignWork(Struct, frozen=True, dict=True):
         time_limit_ns: for cases that have no limit of their own.
         file: the name of the model in errors; by default the name that it has.
         moves_inputs: whether random cases move inputs and published values without environment transitions, too.
+        goals: the largest number of goals of a random case.
     """
 
     model: BehaviorModel
@@ -91,6 +92,7 @@ class CampaignWork(Struct, frozen=True, dict=True):
     time_limit_ns: int | None = None
     file: str | None = None
     moves_inputs: bool = False
+    goals: int = 1
 
     @property
     def count(self) -> int:
@@ -114,7 +116,8 @@ class CampaignWork(Struct, frozen=True, dict=True):
 
     @cached_property
     def _random(self) -> RandomCases:
-        return RandomCases(self.model, self.file, self.network, moves_inputs=self.moves_inputs)
+        moves_inputs, goals = self.moves_inputs, self.goals
+        return RandomCases(self.model, self.file, self.network, moves_inputs=moves_inputs, goals=goals)
 
 
 def drawn_name(seed: int, number: int) -> str:
