@@ -26,6 +26,7 @@ from scbm.cases.trace import (
     RunEnded,
     RunStarted,
     ends_of,
+    ranges_of_goals,
     state_after,
 )
 from scbm.model import OperationState, Outcome, format_moment, format_value
@@ -304,9 +305,10 @@ class NonBlocking(BuiltInRequirement):
 
     def first_violation(self, run: JudgedRun) -> Violation | None:
         """Return the end of a run after which goals cannot be reached any more."""
-        if not _is_history(run):
+        history = _history(run)
+        if not history:
             return None
-        state = state_after(run.records)
+        state = state_after(history)
         try:
             lost = run.reachable.lost_after(state)
         except UnknownReachabilityError as error:
@@ -315,19 +317,26 @@ class NonBlocking(BuiltInRequirement):
             return None
         goals = f"the goal {lost.goals[0]}" if len(lost.goals) == 1 else f"the goals {_listed(lost.goals)}"
         reason = f"after this run no run can reach {goals} any more, {_latch_words(lost.latch, state)}"
-        last = len(run.records) - 1
-        begins = max((_last_change(run.records, name) for name in lost.latch), default=last)
+        last = len(history) - 1
+        begins = max((_last_change(history, name) for name in lost.latch), default=last)
         return run.violation(self.name, last, reason, lost.latch, begins)
 
 
-def _is_history(run: JudgedRun) -> bool:
-    """Return whether a run is a history of the model: no limit, force or other goal made it what it is."""
+def _history(run: JudgedRun) -> Sequence[Record]:
+    """Return the records before the first run that a limit ended: what follows is the work of the limit.
+
+    They are no history of the model, and none are returned, if force or another goal made it what it is.
+    """
     goals, ends = dict(run.model.goals), [End(end.end) for end in ends_of(run.records)]
+    begins = (
+        indices.start for indices, end in zip(ranges_of_goals(run.records), ends, strict=False) if end in LIMIT_ENDS
+    )
+    until = next(begins, len(run.records))
+    history = run.records[:until]
     is_of_model = all(goals.get(goal.name) == goal.predicate for goal in run.case.goals)
-    is_cut_off = any(end in LIMIT_ENDS for end in ends)
-    is_stuck = any(isinstance(record, LivelockedAtRest) for record in run.records)  # that fails the case by itself
-    is_free = run.until == len(run.records)
-    return run.reachable.are_judged and is_of_model and is_free and not is_cut_off and not is_stuck
+    is_stuck = any(isinstance(record, LivelockedAtRest) for record in history)  # that fails the case by itself
+    is_judged = run.reachable.are_judged and is_of_model and run.until >= until and not is_stuck
+    return history if is_judged and any(isinstance(record, RunEnded) for record in history) else ()
 
 
 def _listed(names: Sequence[str]) -> str:

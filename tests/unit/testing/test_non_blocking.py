@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import pytest
 from msgspec.structs import replace
 
-from scbm.cases import Case, CaseLimits
-from scbm.cases.trace import state_after
+from scbm.cases import Case, CaseGoal, CaseLimits, EnvironmentChange
+from scbm.cases.trace import End, state_after
 from scbm.closing import CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
@@ -41,6 +41,7 @@ environment:
 goals:
   placed: {goal: item == placed, may_end: [aborted]}
 """
+FAR_AWAY = EnvironmentChange(7_200 * 1_000_000_000, (("stop", "down"),), "press")
 FORGETS = ("environment:", "  forget: {g: stop == up && preempt == asked, a: [preempt <- none]}\nenvironment:")
 
 
@@ -137,3 +138,27 @@ def test_what_is_unknown_does_not_depend_on_earlier_cases(monkeypatch: pytest.Mo
             known += len(alone) - alone.count("unknown")
     assert unknown > 20
     assert known > 20
+
+
+def test_a_run_that_a_limit_ends_is_no_history_and_what_came_before_it_is_one() -> None:
+    """The button is pressed again after two hours, so the run for the second goal waits until the time limit."""
+    waiting = ("guard: item == shelf", "guard: item == shelf && preempt == none")
+    model = model_of(waiting)
+    run = next(each for each in failing(model) if each.verdict.end is End.ABORTED)
+    waits = replace(run.closed_case, later=(CaseGoal("placed", model.goals[0][1], may_end=(End.TIME_LIMIT,)),))
+    waits = replace(waits, environment=(*(waits.environment or ()), FAR_AWAY))
+    done = Tester(model).execute(waits)
+    assert done.verdict.end is End.TIME_LIMIT
+    (violation,) = done.violations
+    assert (violation.requirement, violation.at_ns) == ("non_blocking", run.violations[0].at_ns)
+    alone = Tester(model_of(waiting, FORGETS)).execute(waits)
+    assert not alone.violations
+
+
+def test_the_latch_of_a_pressed_button_is_named_though_it_would_be_set_at_once() -> None:
+    at_once = (
+        "ask: {g: stop == down && preempt == none && current.state == executing",
+        "ask: {g: stop == down && preempt == none",
+    )
+    run = failing(model_of(at_once))[0]
+    assert [each.values for each in run.violations] == [(("preempt", "asked"),)]

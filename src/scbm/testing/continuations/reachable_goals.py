@@ -42,6 +42,9 @@ _PLAN_LIMITS = PlanLimits(expansions=1_000)
 _MOST_TRIED = 200
 """Maximum number of sets of variables that are tried to name a latch."""
 
+_MOST_RESTS = 5
+"""Maximum number of states at rest in which a set of variables is tried."""
+
 _LARGEST_LATCH = 3
 """Maximum number of variables of a latch; a larger set explains little."""
 
@@ -215,10 +218,25 @@ class ReachableGoals:
     # what keeps a goal from being reached
 
     def _latch(self, rest: int, goal: int, reached: _ReachMemory) -> tuple[str, ...]:
-        """Return the smallest set of variables that nothing changes, and whose initial values open the goal again."""
-        kept = self._kept_away(self._continued(rest, goal, reached) or {})
+        """Return the smallest set of variables that nothing changes, and whose initial values open the goal again.
+
+        They are set in a state at rest that can follow: where a stop is still pressed, its latch would be set at once.
+        """
+        positions = self._continued(rest, goal, reached) or {}
+        kept = self._kept_away(positions)
         sets = chain.from_iterable(combinations(kept, size) for size in range(1, _LARGEST_LATCH + 1))
-        return next((names for names in islice(sets, _MOST_TRIED) if self._opens(rest, goal, names, reached)), ())
+        tried = ((names, state) for names in sets for state in self._nearest_rests(positions))
+        return next(
+            (names for names, state in islice(tried, _MOST_TRIED) if self._opens(state, goal, names, reached)), ()
+        )
+
+    def _nearest_rests(self, positions: Mapping[Position, None]) -> list[int]:
+        """Return the states at rest among positions with the fewest variables away from their initial values."""
+        packing = self._runs.program.packing
+        names = [each for each in self._model.running_space if each.role is Role.DECLARED]
+        rests = dict.fromkeys(position.state for position in positions if position.is_at_rest)
+        away = {rest: sum(packing.value(rest, each.name) != each.initial for each in names) for rest in rests}
+        return sorted(rests, key=lambda rest: away[rest])[:_MOST_RESTS]
 
     def _kept_away(self, positions: Mapping[Position, None]) -> tuple[str, ...]:
         """Return the variables of the model that have one value in all positions, which is not their initial one."""
@@ -232,11 +250,15 @@ class ReachableGoals:
         return tuple(found)
 
     def _opens(self, rest: int, goal: int, names: Iterable[str], reached: _ReachMemory) -> bool:
+        """Return whether initial values of some variables make a goal reachable; a search too long finds nothing."""
         space = self._model.running_space
         keep, bits = self._runs.program.packing.assignment({name: space[name].initial for name in names})
         steps = self._all_steps(is_open=True)
         settled = steps[0].start(rest & keep | bits).rests
-        return any(self._reaches(steps[0].rest(each).state, goal, reached) for each in settled)
+        try:
+            return any(self._reaches(steps[0].rest(each).state, goal, reached) for each in settled)
+        except _TOO_LARGE:
+            return False
 
 
 def _known(memory: dict[int, tuple[Answer] | None], key: int, find: Callable[[int], Answer]) -> Answer:
