@@ -96,7 +96,10 @@ _STATUS_RULES = {
 
 
 _HAZARD = "hazard"
-_HAZARD_WORDS = ("A hazard at a device", "A simulated device works for nobody, or at two requests at once.")
+_HAZARD_WORDS = (
+    "A hazard at a device",
+    "A simulated device does work that the runner no longer waits for, or works at two requests at once.",
+)
 
 
 def _status_rule(rule: str, title: str, sentence: str) -> dict[str, Any]:

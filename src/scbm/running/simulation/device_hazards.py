@@ -27,7 +27,7 @@ class HazardKind(StrEnum):
     OVERLAP = "overlap"
     """A request starts while another one is carried out."""
     UNAWAITED = "unawaited"
-    """A request is carried out that nobody waits for any more, and no cancellation is on its way."""
+    """A request is carried out that the runner no longer waits for, and no cancellation is on its way."""
 
 
 class Hazard(Struct, frozen=True):
@@ -36,7 +36,7 @@ class Hazard(Struct, frozen=True):
     Attributes:
         kind: the kind.
         resource: the device.
-        request: the number of the request that starts, or that nobody waits for.
+        request: the number of the request that starts, or that the runner no longer waits for.
         begin_ns: when it begins.
         end_ns: when it ends, perhaps after the end of the run; `None` if it would never end by itself.
         other: of an overlap the number of the request that is carried out already.
@@ -56,7 +56,7 @@ class Hazard(Struct, frozen=True):
             return (
                 f"{self.resource} carries out request {self.request} while it carries out request {self.other}, {when}"
             )
-        return f"{self.resource} carries out request {self.request} {when}, and nobody waits for it any more"
+        return f"{self.resource} carries out request {self.request} {when}, and the runner no longer waits for it"
 
 
 class WorkSpan(Struct):
@@ -138,7 +138,7 @@ def _joined(spans: Iterable[WorkSpan]) -> list[WorkSpan]:
 
 
 def _unawaited(resource: str, works: Sequence[WorkSpan], free_ns: Mapping[int, int]) -> Iterator[Hazard]:
-    """Yield work that nobody waits for and that ends by itself, or is overtaken; each request once."""
+    """Yield work that the runner no longer waits for and that ends by itself, or is overtaken; each request once."""
     found: dict[int, Hazard] = {}
     for work in works:
         begin_ns = max(work.begin_ns, free_ns.get(work.request, _NEVER_NS))

@@ -67,12 +67,12 @@ def hazards(
     return [(each.kind, each.request, each.begin_ns // S, end) for each, end in zip(run.hazards, ends, strict=True)]
 
 
-def test_work_after_a_lost_cancellation_goes_on_for_nobody_and_is_overtaken(wording: Wording) -> None:
+def test_work_after_a_lost_cancellation_goes_on_unawaited_and_is_overtaken(wording: Wording) -> None:
     assert hazards("{cancel: lost}") == [(UNAWAITED, 1, 5, 20), (OVERLAP, 2, 7, 20)]
     wording(list(map(str, Tester(MODEL).execute(case_of("{cancel: lost}")).hazards)))
 
 
-def test_work_for_nobody_counts_though_the_run_is_over_before_it_ends() -> None:
+def test_unawaited_work_counts_though_the_run_is_over_before_it_ends() -> None:
     assert hazards("{cancel: lost}", STOPPED_ONCE) == [(UNAWAITED, 1, 5, 20)]
 
 
@@ -88,7 +88,7 @@ def test_a_request_without_reply_works_until_it_is_cancelled() -> None:
     assert hazards("{outcome: timeout, cancel: lost}") == [(UNAWAITED, 1, 5, None), (OVERLAP, 2, 7, 27)]
 
 
-def test_a_request_that_its_cancellation_overtakes_is_carried_out_for_nobody() -> None:
+def test_a_request_that_its_cancellation_overtakes_is_carried_out_unawaited() -> None:
     assert hazards("{request: 10 s}", STOPPED_ONCE) == []
     assert hazards("{request: 10 s}") == [(UNAWAITED, 1, 10, 30), (OVERLAP, 1, 10, 27)]
 
