@@ -53,11 +53,11 @@ class ClosingFiles(Struct, frozen=True):
     removed: tuple[Path, ...] = ()
 
 
-def refuse_output(model_file: Path, directory: Path | None, *, edits_model: bool) -> None:
+def refuse_output(model_file: Path, directory: Path | None, store: Path | None, *, edits_model: bool) -> None:
     """Raise `InputError` if closing cannot write into its directory, or cannot edit the model that it has to."""
     directories = [] if directory is None else [directory / _CASES, directory / _CERTIFICATES]
     edited = model_file if edits_model and model_file.is_file() else None
-    FileWriter(edited=edited).refuse_outputs({"--write": edited}, {"--out": directories})
+    FileWriter(edited=edited).refuse_outputs({"--write": edited}, {"--out": directories}, {"--store": store})
 
 
 def write_output(closing: Closing, directory: Path, model_file: Path, suite: Collection[Path] = ()) -> ClosingFiles:

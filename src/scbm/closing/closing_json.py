@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Figure
     from scbm.closing.closing_files import ClosingFiles
     from scbm.closing.closing_result import ClosingResult
-    from scbm.closing.decisions import Closing, ClosingCase, Decided, Suggestion
+    from scbm.closing.decisions import Closing, ClosingCase, Decided, DecidedRequirement, Suggestion
     from scbm.proofcheck import Certificate
 
 FORMAT_VERSION = 4
@@ -87,24 +87,27 @@ def _requirements(closing: Closing, output: ClosingFiles | None) -> dict[str, An
     found = closing.requirements
     decided = () if found is None else found.decided
     return {
-        "decided": [
-            {
-                "name": each.name,
-                "built_in": each.is_built_in,
-                "status": each.status.value,
-                "reason": each.reason,
-                "option": each.option,
-                "certificate": each.certificate
-                if output is None or each.certificate is None
-                else str(output.certificates[each.certificate]),
-            }
-            | ({} if each.case is None else {"case": each.case})
-            for each in decided
-        ],
+        "decided": [decided_requirement_json(each, output) for each in decided],
+        "cases_only": 0 if found is None else found.left_to_cases,
         "situations": 0 if found is None else found.situations,
         "assumptions": [] if found is None else list(found.assumptions),
         "cases": [_case(made, output) for made in closing.counterexamples],
     }
+
+
+def decided_requirement_json(decided: DecidedRequirement, output: ClosingFiles | None = None) -> dict[str, Any]:
+    """Return the decision about a requirement; it has the key `case` if a case violates it."""
+    certificate = decided.certificate
+    if output is not None and certificate is not None:
+        certificate = str(output.certificates[certificate])
+    return {
+        "name": decided.name,
+        "built_in": decided.is_built_in,
+        "status": decided.status.value,
+        "reason": decided.reason,
+        "option": decided.option,
+        "certificate": certificate,
+    } | ({} if decided.case is None else {"case": decided.case})
 
 
 def _certificate(name: str, certificate: Certificate, output: ClosingFiles | None) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from scbm.cases.coverage.assumptions import assumptions
 from scbm.cases.trace import End, InjectionApplied, PutBack, run_end
 from scbm.model import format_moment
 from scbm.running import describe_cycle
+from scbm.testing.decided_requirements import KnownDecision, RequirementStatus
 from scbm.testing.verdicts import Verdict, violation_of
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ __all__ = [
     "Decision",
     "FailedCase",
     "FoundFault",
+    "RequirementStatus",
     "Stage",
     "StageEnd",
     "Suggestion",
@@ -361,17 +363,6 @@ def _end_sentence(end: End, execution: Execution) -> str:
     return f"ends in an error of the model: {', '.join(detail)}"
 
 
-class RequirementStatus(StrEnum):
-    """The answer of closing about a requirement."""
-
-    HOLDS = "holds"
-    HOLDS_CANONICAL = "holds_canonical"
-    VIOLATED = "violated"
-    UNDECIDED = "undecided"
-    CASES_ONLY = "cases_only"
-    OFF = "off"
-
-
 class DecidedRequirement(Struct, frozen=True):
     """The decision about one requirement.
 
@@ -418,6 +409,19 @@ class RequirementDecisions(Struct, frozen=True):
     assumptions: tuple[str, ...] = ()
     is_interrupted: bool = False
     certificates: tuple[tuple[str, Certificate], ...] = ()
+
+    @property
+    def left_to_cases(self) -> int:
+        """The number of requirements that only cases judge; they do not count as undecided."""
+        return sum(each.status is RequirementStatus.CASES_ONLY for each in self.decided)
+
+    @property
+    def known(self) -> tuple[KnownDecision, ...]:
+        """The decisions as stores keep them."""
+        return tuple(
+            KnownDecision(each.name, each.is_built_in, each.status, each.reason, each.case or "")
+            for each in self.decided
+        )
 
     @property
     def is_open(self) -> bool:

@@ -13,7 +13,7 @@ from scbm.model.requirements import AfterAlways, Always, Before, BuiltIn, Never
 from scbm.proofcheck.certificate import CertificateFlaw
 from scbm.proofcheck.checked_run import MomentKind
 from scbm.proofcheck.listed_runs import ListedRuns
-from scbm.proofcheck.request_rules import RequestRule
+from scbm.proofcheck.request_judgement import RequestRule
 from scbm.proofcheck.runs_check import wrong_runs
 from scbm.proofcheck.valuations import TooManyStepsError
 

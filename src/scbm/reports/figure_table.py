@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.running.simulation.device_hazards import Hazard
     from scbm.testing import Excuse
+    from scbm.testing.decided_requirements import CheckedRequirement
 
 DEFAULT_COLUMNS = 80
 """The width of a report where nothing says another one."""
@@ -85,6 +86,16 @@ def verdict_lines(cases: int, failed: int) -> Iterator[Text]:
     """Yield how many cases passed and failed; nothing if none failed."""
     if failed:
         yield Text(f"  Verdicts: {cases - failed} passed, {failed} failed")
+
+
+def requirement_lines(found: Sequence[CheckedRequirement], columns: int) -> Iterator[Text]:
+    """Yield a line for each requirement: how many cases check it, and what closing says."""
+    if found:
+        yield Text("  Requirements:")
+    width = max((len(each.name) for each in found), default=0)
+    for each in found:
+        for number, line in enumerate(wrap(each.words, max(20, columns - width - 6))):
+            yield Text(f"    {'' if number else each.name:<{width}}  {line}")
 
 
 def requirements_off_lines(model: BehaviorModel, columns: int) -> Iterator[Text]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         StoreFigures,
         StoreWriter,
         begin_run,
+        keep_decisions,
         keep_smallest,
         time_now,
         write_mutants,
@@ -65,6 +66,7 @@ __all__ = [
     "combine_stores",
     "digest_of",
     "drawn_recipe",
+    "keep_decisions",
     "keep_smallest",
     "key_of",
     "network_words",
@@ -87,7 +89,8 @@ __getattr__ = lazy_exports(
         "smallest_cases": "SmallestCase",
         "store_union": "Combined combine_stores",
         "store_writer": (
-            "MutantWriter StoreFigures StoreWriter begin_run keep_smallest time_now write_mutants write_store"
+            "MutantWriter StoreFigures StoreWriter begin_run keep_decisions keep_smallest time_now write_mutants "
+            "write_store"
         ),
         "stored_evidence": "StoredCertificate",
         "stored_mutants": (

@@ -14,6 +14,7 @@ from scbm.cases.coverage import Coverage, LiftedStatuses, Obligations, Statuses
 from scbm.cases.trace import End
 from scbm.model import FIRST_PLANNER
 from scbm.store.stored_mutants import find_evidence
+from scbm.testing.decided_requirements import checked_requirements
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import AssertionEvidence, ObjectListVisits, Obligation
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import StoredMutation
     from scbm.testing import Excuse, Verdict
+    from scbm.testing.decided_requirements import CheckedRequirement, KnownDecision
 
 
 _KEY_BYTES = 16
@@ -193,6 +195,7 @@ class History(Struct, frozen=True, dict=True):
         decided: the statuses of obligations, as the command line found them; `None` if visits alone decide them.
         mutations: the results of mutants.
         others: what cases of the same lifted model visited under other objects.
+        decisions: the answers of the last closing about requirements.
     """
 
     model: BehaviorModel
@@ -203,6 +206,12 @@ class History(Struct, frozen=True, dict=True):
     decided: Statuses | None = None
     mutations: tuple[StoredMutation, ...] = ()
     others: tuple[ObjectListVisits, ...] = ()
+    decisions: tuple[KnownDecision, ...] = ()
+
+    @property
+    def requirements(self) -> tuple[CheckedRequirement, ...]:
+        """What cases and closing say of requirements."""
+        return checked_requirements(self.model, self.decisions, len(self.cases))
 
     @property
     def waivers(self) -> tuple[Waiver, ...]:

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from scbm.cases.coverage import Coverage, LiftedStatuses, ObjectListVisits, Obligations, Statuses, Unnamed, bits_of
 from scbm.files import digest_of
 from scbm.model import Slug
+from scbm.planning import planner_of
 from scbm.store.history import History, StoredCase, label_of
 from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import open_for_reading, problem, show_model, understood
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.model import BehaviorModel
+    from scbm.testing.decided_requirements import KnownDecision
 
+
+_DECISIONS = "answers of `scbm close` about requirements"
 
 NO_OTHERS: tuple[ObjectListVisits, ...] = ()
 """The visits under other objects of a store with one model."""
@@ -32,7 +36,9 @@ def read_history(path: Path) -> History:
     with open_for_reading(path) as connection, understood(path):
         tables = Tables(connection)
         if all(row.run.is_earlier for row in tables.runs()):
-            found = mutations_in_words(MutantTables(connection).mutations())
+            mutations = MutantTables(connection).mutations()
+            has_decisions = any(True for _ in tables.decisions())
+            found = _DECISIONS if has_decisions and not mutations else mutations_in_words(mutations)
             raise problem(Slug.STORE_EMPTY, path, f"this store has no cases yet, only {found}", ADD_CASES)
         history = replace(history_in(tables), mutations=MutantTables(connection).mutations())
         return replace(history, others=visits_under_other_objects(connection, history.model))
@@ -60,7 +66,15 @@ def history_in(tables: Tables) -> History:
         raise ValueError("a case over nodes of a run that was over none")
     cases.sort(key=lambda case: (case.run, case.position, case.key))
     certificates = tuple(certificate for _, certificate in tables.certificates())
-    return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out), certificates)
+    runs_of = tuple(row.run for row in runs)
+    history = History(model, runs_of, tuple(cases), len(left_out), certificates)
+    return replace(history, decisions=decisions_in(tables, current.id, model))
+
+
+def decisions_in(tables: Tables, current: int, model: BehaviorModel) -> tuple[KnownDecision, ...]:
+    """Return the answers of the last closing of a model with its planner; `current` is the id of its row."""
+    planner = planner_of(model).name
+    return tuple(each.decision for of, each in tables.decisions() if of == current and each.planner == planner)
 
 
 class StoreTotals(Struct, frozen=True):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 13
+TABLES_VERSION = 14
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -251,6 +251,25 @@ TABLES: dict[str, StoreTable] = {
         ),
         without_rowid=True,
     ),
+    "decision": StoreTable(
+        "The answers of the last `scbm close --requirements` about the requirements of models.",
+        (
+            StoreColumn("key", "BLOB PRIMARY KEY", "16 bytes of the SHA-256 of model, planner, kind and name"),
+            StoreColumn("model", "INTEGER NOT NULL REFERENCES model", "the model that was closed: a row of `model`"),
+            StoreColumn("planner", "TEXT NOT NULL", "the name of its planner"),
+            StoreColumn("name", "TEXT NOT NULL", "the name of the requirement"),
+            StoreColumn("is_built_in", "INTEGER NOT NULL", "1 for a built-in requirement, else 0"),
+            StoreColumn(
+                "status",
+                "TEXT NOT NULL",
+                "`holds`, `holds_canonical`, `violated`, `undecided`, `cases_only` or `off`",
+            ),
+            StoreColumn("reason", "TEXT NOT NULL", "where it holds, how the case violates it, or why it is open"),
+            StoreColumn("test_case", "TEXT NOT NULL", "the name of the case that violates it, or empty"),
+            StoreColumn("closed", "TEXT NOT NULL", "when the model was closed, as `started` of `run`"),
+        ),
+        without_rowid=True,
+    ),
     "mutation": StoreTable(
         "Suites that were run against mutants.",
         (
@@ -321,6 +340,7 @@ _SHOWN = {
     "run": f"WHERE model {_OF_MODEL}",
     "test_case": f"WHERE model {_OF_MODEL}",
     "certificate": f"WHERE model {_OF_MODEL}",
+    "decision": f"WHERE model {_OF_MODEL}",
     "mutation": f"WHERE model {_OF_MODEL}",
     "obligation": (
         "WHERE (SELECT digest FROM shown) = (SELECT digest FROM main.model WHERE is_current)"

@@ -26,12 +26,14 @@ from scbm.store.smallest_cases import SmallestCase, read_smallest_text, smallest
 from scbm.store.store_schema import TABLES
 from scbm.store.stored_evidence import (
     StoredCertificate,
+    StoredDecision,
     read_certificate_row,
     read_excuses_text,
     read_hazards_text,
     read_waivers_text,
 )
 from scbm.testing import Failure, FailureKind, Verdict
+from scbm.testing.decided_requirements import KnownDecision, RequirementStatus
 
 if TYPE_CHECKING:
     import sqlite3
@@ -210,6 +212,16 @@ class Tables:
             row = (_text(name), packed, _text(checked_by), _text(claims))
             yield model, read_certificate_row(row, is_earlier=not is_current)
 
+    def decisions(self) -> Iterator[tuple[int, StoredDecision]]:
+        """Yield each answer about a requirement with the id of its model, in the order of their names."""
+        rows = self._connection.execute(
+            "SELECT model, planner, name, is_built_in, status, reason, test_case, closed"
+            " FROM decision ORDER BY name, is_built_in, key"
+        )
+        for model, planner, name, is_built_in, status, reason, case, closed in rows:
+            texts = _text(name), bool(is_built_in), RequirementStatus(status), _text(reason), _text(case)
+            yield model, StoredDecision(KnownDecision(*texts), _text(planner), _moment(closed))
+
     def visits(self) -> Iterator[tuple[bytes, str, int]]:
         """Yield key, name and visited obligations of each case, in the order of runs and of positions in them.
 
@@ -343,6 +355,22 @@ class Tables:
             " claims = CASE WHEN excluded.checked_by > checked_by THEN excluded.claims ELSE claims END,"
             " name = min(name, excluded.name), checked_by = max(checked_by, excluded.checked_by)",
             (certificate.key, model, *row),
+        )
+
+    def put_decision(self, stored: StoredDecision, model: int, digest: str) -> None:
+        """Add an answer about a requirement of a model. If there is one, the later closing counts."""
+        decision = stored.decision
+        parts = (digest, stored.planner, str(decision.is_built_in), decision.name)
+        key = sha256("\0".join(parts).encode()).digest()[:16]
+        self._connection.execute(
+            "INSERT INTO decision (key, model, planner, name, is_built_in, status, reason, test_case, closed)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET"
+            " status = excluded.status, reason = excluded.reason, test_case = excluded.test_case,"
+            " closed = excluded.closed WHERE excluded.closed > closed",
+            (
+                *(key, model, stored.planner, decision.name, decision.is_built_in),
+                *(decision.status.value, decision.reason, decision.case, stored.closed),
+            ),
         )
 
     def order_time(self, run: StoredRun) -> str | None:

@@ -224,13 +224,16 @@ def _add_mutations(union: MutantTables, tables: MutantTables, model: int) -> Non
 
 
 def _add_runs(union: Tables, tables: Tables, models: dict[int, int], edit: ModelEdit | None) -> tuple[Dropped, ...]:
-    """Add runs, certificates and cases; return what their visits lose by an edit."""
+    """Add runs, certificates, decisions and cases; return what their visits lose by an edit."""
     runs = {}
     for row in tables.runs():
         run = row.run if edit is None else replace(row.run, visited=edit.mapped(row.run.visited))
         runs[row.id] = union.put_run(run, models[row.model])
     for model, certificate in tables.certificates():
         union.put_certificate(certificate, models[model])
+    digests = {row.id: row.digest for row in tables.models()}
+    for model, decision in tables.decisions():
+        union.put_decision(decision, models[model], digests[model])
     visited = 0
     for case in tables.cases():
         bits = case.visited if edit is None else edit.mapped(case.visited)

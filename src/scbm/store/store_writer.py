@@ -26,9 +26,9 @@ from scbm.cases.trace import End
 from scbm.files import digest_of
 from scbm.model import Slug
 from scbm.model.visible_text import shell_word
-from scbm.planning import planner_of_random_runs
+from scbm.planning import planner_of, planner_of_random_runs
 from scbm.store.history import ModelSource, StoredRun, key_of, sayable
-from scbm.store.history_reader import NO_OTHERS, visits_under_other_objects
+from scbm.store.history_reader import NO_OTHERS, decisions_in, visits_under_other_objects
 from scbm.store.model_edits import difference, has_other_objects
 from scbm.store.mutant_tables import MutantTables
 from scbm.store.packed_logs import MAX_LOG_BYTES, packed_log
@@ -45,6 +45,7 @@ from scbm.store.store_file import (
     understood,
 )
 from scbm.store.store_tables import CaseRow, Tables, VisitTotals, time_text
+from scbm.store.stored_evidence import StoredDecision
 from scbm.store.stored_mutants import basis_of, find_evidence
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import MutatedSuite, StoredMutant
     from scbm.testing import CaseResult
+    from scbm.testing.decided_requirements import KnownDecision
 
 
 def begin_run(
@@ -228,6 +230,14 @@ class StoreWriter:
             with store_errors(self._path), transaction(self._connection):
                 self._tables.finish_run(self._ids[1])
 
+    def decisions(self) -> tuple[KnownDecision, ...]:
+        """Return the answers of the last closing of the model about requirements."""
+        with store_errors(self._path), understood(self._path), snapshot(self._connection):
+            if not has_tables(self._connection, self._path) or not self._shows_own_model():
+                return ()
+            current = next(row.id for row in self._tables.models() if row.digest == self._digest)
+            return decisions_in(self._tables, current, self._model)
+
     def evidence(self) -> AssertionEvidence:
         """Return what the store says about the obligations that the cases of the run visit, or why it says nothing.
 
@@ -258,6 +268,21 @@ def keep_smallest(path: Path, run: StoredRun, smallest: Mapping[str, Sequence[Sm
     with open_for_writing(path) as connection, store_errors(path), transaction(connection):
         for name, found in smallest.items():
             Tables(connection).put_smallest(run.id, name, found)
+
+
+def keep_decisions(path: Path, model: BehaviorModel, decisions: Sequence[KnownDecision]) -> None:
+    """Add the answers of closing about requirements to a store, or to a new one.
+
+    Raises:
+        InputError: the file is not a store, is damaged, of another version, of another model, or cannot be written.
+    """
+    with open_for_writing(path) as connection, store_errors(path), understood(path), transaction(connection):
+        make_tables(connection, path)
+        tables, digest = Tables(connection), digest_of(model)
+        refuse_another_model(path, tables.models(), model, digest)
+        row, planner, closed = tables.put_model(model, keeps_current=True), planner_of(model).name, time_now()
+        for each in decisions:
+            tables.put_decision(StoredDecision(each, planner, closed), row, digest)
 
 
 class StoreFigures(Struct, frozen=True):

@@ -20,6 +20,8 @@ from scbm.testing import Excuse
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from scbm.testing.decided_requirements import KnownDecision
+
 _KEY_BYTES = 16
 
 _MAX_JSON_CHARACTERS = 64 * 1024 * 1024
@@ -63,6 +65,20 @@ class StoredCertificate(Struct, frozen=True):
         """The proofs as JSON."""
         claims = [[name, proof.decision.value, proof.reason] for name, proof in self.proofs.items()]
         return json.dumps(claims, ensure_ascii=False)
+
+
+class StoredDecision(Struct, frozen=True):
+    """The answer of a closing about a requirement.
+
+    Attributes:
+        decision: the answer.
+        planner: the name of the planner of the runs.
+        closed: when the model was closed.
+    """
+
+    decision: KnownDecision
+    planner: str
+    closed: str
 
 
 def read_certificate_row(row: tuple[str, bytes, str, str], *, is_earlier: bool) -> StoredCertificate:

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from scbm.cases.coverage import LiftedStatuses, Statuses
 from scbm.model.visible_text import shown_path
 from scbm.testing.batches.campaign_runs import StopRule
+from scbm.testing.decided_requirements import checked_requirements
 from scbm.testing.shrinking.shrinker import Shrinker, UnshrinkableError
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import AssertionEvidence, Coverage
     from scbm.model import BehaviorModel
     from scbm.testing.campaign import Campaign
+    from scbm.testing.decided_requirements import CheckedRequirement, KnownDecision
     from scbm.testing.real_drivers import Answers, ExcludedVariable
     from scbm.testing.shrinking.shrinker import Shrunk
     from scbm.testing.suite import Suite
@@ -103,6 +105,7 @@ class CampaignResult(Struct, frozen=True):
         node_options: the options for the same nodes, each with a leading blank; empty for simulation.
         store: the store that the cases were added to; `None` for none.
         groups: the number of cases of each kind in words; if empty, written and random cases are counted.
+        decisions: the answers of the last closing about requirements, which the store has.
     """
 
     campaign: Campaign
@@ -120,6 +123,14 @@ class CampaignResult(Struct, frozen=True):
     node_options: str = ""
     store: Path | None = None
     groups: tuple[str, ...] = ()
+    decisions: tuple[KnownDecision, ...] = ()
+
+    @property
+    def requirements(self) -> tuple[CheckedRequirement, ...]:
+        """What cases and closing say of requirements; empty without a store."""
+        if self.store is None:
+            return ()
+        return checked_requirements(self.model, self.decisions, self.campaign.count)
 
     @property
     def model(self) -> BehaviorModel:

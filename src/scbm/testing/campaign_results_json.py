@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from scbm.running.simulation.device_hazards import Hazard
     from scbm.testing.campaign import Campaign, CaseResult
     from scbm.testing.campaign_result import CampaignResult, Finding
+    from scbm.testing.decided_requirements import CheckedRequirement
     from scbm.testing.real_drivers import Answers
     from scbm.testing.shrinking.shrinker import Shrunk
     from scbm.testing.tester import Execution
@@ -29,6 +30,17 @@ if TYPE_CHECKING:
 
 FORMAT_VERSION = 5
 """The version of the format of `campaign_json`."""
+
+
+def requirement_json(checked: CheckedRequirement) -> dict[str, Any]:
+    """Return what is known of a requirement."""
+    decision = checked.decision
+    return {
+        "name": checked.name,
+        "built_in": checked.is_built_in,
+        "cases": checked.cases,
+        "decision": None if decision is None else to_builtins(decision) | {"words": decision.words},
+    }
 
 
 def campaign_json(result: CampaignResult) -> dict[str, Any]:
@@ -49,6 +61,7 @@ def campaign_json(result: CampaignResult) -> dict[str, Any]:
         "case_count": campaign.count,
         "excused": {excuse.value: count for excuse, count in campaign.summary.excuses},
         "short_of_goal": campaign.summary.short_count,
+        **({} if result.store is None else {"requirements": [requirement_json(each) for each in result.requirements]}),
         "requirements_off": dict(campaign.model.requirements_off),
         "requirements_on": list(campaign.model.requirements_on),
         "hazards": campaign.summary.hazard_count,

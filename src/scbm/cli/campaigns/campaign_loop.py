@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from scbm.cli.options.campaign_options import CampaignOutput
     from scbm.testing import CaseResult, Execution
     from scbm.testing.batches.campaign_runs import CampaignStep
+    from scbm.testing.decided_requirements import KnownDecision
     from scbm.testing.event_logs.event_log import EventLog
     from scbm.testing.suite import Suite
 
@@ -143,6 +144,11 @@ class CampaignEnd(Struct, frozen=True):
     def evidence(self) -> AssertionEvidence | None:
         """The results of the store about asserted obligations; `None` without a store, or after an early end."""
         return None if self.keeper is None or self.ended is not None else self.keeper.evidence
+
+    @property
+    def decisions(self) -> tuple[KnownDecision, ...]:
+        """The answers of the last closing about requirements; empty without a store, or after an early end."""
+        return () if self.keeper is None or self.ended is not None else self.keeper.decisions
 
     @property
     def words(self) -> str:

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.store import Recipe, SmallestCase, StoredRun, StoreFigures, StoreWriter
     from scbm.testing import CaseResult, WrittenCase
+    from scbm.testing.decided_requirements import KnownDecision
     from scbm.testing.event_logs.event_log import EventLog
     from scbm.testing.suite import Suite
 
@@ -95,12 +96,14 @@ class Keeper:
         is_whole: whether all results were added; after an error the campaign continues without the store.
         is_unfinished: whether the store may have cases of a run that is not marked as finished.
         evidence: at the end, what the store says about asserted obligations; `None` before, and after an error.
+        decisions: at the end, the answers of the last closing about requirements.
     """
 
     def __init__(self, writer: StoreWriter, path: Path, model: BehaviorModel, run: StoredRun) -> None:
         self.is_whole = True
         self.is_unfinished = False
         self.evidence: AssertionEvidence | None = None
+        self.decisions: tuple[KnownDecision, ...] = ()
         self._writer = writer
         self._path = path
         self._model = model
@@ -160,6 +163,7 @@ class Keeper:
             if self.is_whole:
                 self._totals = self._writer.totals()
                 self.evidence = self._writer.evidence()
+                self.decisions = self._writer.decisions()
 
     def since(self, coverage: Coverage) -> Since:
         """Return the changes since the last run, and the figure of the whole store."""

@@ -329,6 +329,7 @@ def result_of(
         dry=output.dry,
         ended_early=done.words,
         store=output.store,
+        decisions=done.decisions,
     )
 
 

@@ -68,6 +68,12 @@ def command(
             "--write", metavar="NAME", help="Write this suggested goal into the model; `all` writes all."
         ),
     ] = None,
+    store: Annotated[
+        Path | None,
+        HelpSection.OUTPUT.option(
+            "--store", metavar="FILE", help="Keep the answers of --requirements in this coverage store."
+        ),
+    ] = None,
     waivers: WaiversFile = None,
     limits: ClosingLimits,
     planner: RunPlanner,
@@ -81,12 +87,17 @@ def command(
     asked = _CloseRequest(
         model, tuple(suite or ()), cases, seed, limits, planner, jobs, waivers, one_case_each, requirements
     )
-    refuse_output(model, out, edits_model=bool(write))
+    if store is not None and not requirements:
+        message, remedy = "a store keeps the answers about requirements", "add `--requirements`"
+        raise option_error("--store", message, remedy)
+    refuse_output(model, out, store, edits_model=bool(write))
     with asked.interruption.handled():
-        return _carry_out(asked, out, write or (), json=json)
+        return _carry_out(asked, out, store, write or (), json=json)
 
 
-def _carry_out(asked: "_CloseRequest", out: Path | None, write: Sequence[str], *, json: bool) -> int:
+def _carry_out(
+    asked: "_CloseRequest", out: Path | None, store: Path | None, write: Sequence[str], *, json: bool
+) -> int:
     """Close the model, write files, print the report, and return the exit code."""
     result = asked.close()
     goals = _SuggestedGoals.chosen(result.closing, () if result.closing.is_interrupted else write)
@@ -99,6 +110,10 @@ def _carry_out(asked: "_CloseRequest", out: Path | None, write: Sequence[str], *
     output = None
     if out is not None:
         output = write_output(closing, out, asked.file, [case.path for case in result.suite.written])
+    if store is not None and closing.requirements is not None and not closing.is_interrupted:
+        from scbm.store import keep_decisions  # noqa: PLC0415 - a database, which few closings need
+
+        keep_decisions(store, closing.model, closing.requirements.known)
     result = replace(result, output=output, written=goals.new, already=goals.already)
     if json:
         from scbm.closing.closing_json import closing_json  # noqa: PLC0415 - only what is asked for is loaded

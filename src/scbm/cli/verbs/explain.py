@@ -1,9 +1,10 @@
 """`scbm explain`: explains in sentences how an obligation is covered, or why it is not."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligation, Obligations, instances_of, lifted_names
 from scbm.cli.exit_codes import INTERRUPTED
@@ -14,16 +15,26 @@ from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Json, Model, SuiteFiles
 from scbm.cli.output.terminal import activity_display, report_columns, results, write_json
 from scbm.closing import Closer, Closing, Decision
-from scbm.closing.closing_json import decided_json, suggestion_json
+from scbm.closing.closing_json import decided_json, decided_requirement_json, suggestion_json
+from scbm.closing.decisions import RequirementStatus
 from scbm.closing.explanations import Explanation, Visit, explain
 from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, nearest, suggestion, write_case
 from scbm.model import BehaviorModel, Slug
+from scbm.model.requirements import BUILT_IN_NAMES
 from scbm.model.visible_text import shown_path
-from scbm.reports.terminal.explanation_report import case_lines, explanation_lines
+from scbm.reports.terminal.explanation_report import (
+    ExplainedRequirement,
+    case_lines,
+    explanation_lines,
+    requirement_explanation,
+)
 from scbm.testing import Execution, Tester
 from scbm.testing.suite import Suite
+
+if TYPE_CHECKING:
+    from scbm.closing.requirements.requirement_closer import RequirementCloser
 
 FORMAT_VERSION = 2
 
@@ -31,7 +42,8 @@ FORMAT_VERSION = 2
 def command(
     model: Model,
     obligation: Annotated[
-        str, typer.Argument(help="`scan/failed`, `automatic/give_up`, or a name alone.", show_default=False)
+        str,
+        typer.Argument(help="`scan/failed`, `automatic/give_up`, a name alone, or a requirement.", show_default=False),
     ],
     *,
     suite: SuiteFiles = None,
@@ -42,7 +54,8 @@ def command(
 ) -> int:
     """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
     loaded = planner.applied(load_model(model))
-    asked = _read_obligation(obligation, loaded)
+    requirement = _requirement(obligation, loaded)
+    asked = () if requirement is not None else _read_obligation(obligation, loaded)
     review = read_waivers_of(loaded, waivers)
     given = Suite(loaded, model, tuple(suite or ()), planner_option=planner.text).loaded()
     interruption = Interruption()
@@ -54,6 +67,14 @@ def command(
             show(f"exploring {loaded.name}")
             with given.locating():
                 closing = Closer(loaded, limits, show, interruption=interruption).close(campaign, asked)
+            closer = None
+            if requirement is not None:
+                from scbm.closing.requirements.requirement_closer import RequirementCloser  # noqa: PLC0415 - few do
+
+                closer = RequirementCloser(loaded, limits, show, interruption)
+                closing = replace(closing, requirements=closer.decide(campaign, closing))
+        if requirement is not None and closer is not None:
+            return _explain_requirement(requirement, closer, closing, given, json=json)
         explanations = explain(with_waivers(closing, review), asked, _executions(closing, given))
         if json:
             write_json(_json(explanations, given))
@@ -70,6 +91,45 @@ def command(
     if closing.is_interrupted:
         return INTERRUPTED
     return 1 if any(each.decided.decision is Decision.UNDECIDED for each in explanations) else 0
+
+
+def _requirement(text: str, model: BehaviorModel) -> ExplainedRequirement | None:
+    """Return the requirement of a name, those of the model first; `None` for none, and for obligations."""
+    if any(text in (str(obligation), obligation.subject) for obligation in Obligations.of(model)):
+        return None
+    own = next((requirement for requirement in model.requirements if requirement.name == text), None)
+    if own is not None:
+        return ExplainedRequirement(text, own)
+    return ExplainedRequirement(text, None) if text in BUILT_IN_NAMES else None
+
+
+def _explain_requirement(
+    asked: ExplainedRequirement, closer: "RequirementCloser", closing: Closing, suite: Suite, *, json: bool
+) -> int:
+    """Print what closing says of a requirement, and return the exit code."""
+    found = closing.requirements
+    assert found is not None  # noqa: S101 - it was asked for
+    decided = next(each for each in found.decided if asked.is_about(each))
+    miss = "" if asked.requirement is None else closer.nearest_miss(asked.requirement)
+    assumed = [each for each in found.assumptions if decided.holds and asked.assumes(each)]
+    execution = decided.execution
+    text = None if execution is None else write_case(execution.case, suite.model, suite.file.as_posix())
+    if json:
+        data = {
+            "format_version": FORMAT_VERSION,
+            "model": suite.model.name,
+            "requirement": decided_requirement_json(decided),
+        }
+        write_json(data | {"nearest": miss, "assumptions": assumed, "text": text})
+    else:
+        out = results()
+        out.lines(requirement_explanation(asked, decided, miss, assumed, report_columns()))
+        if text is not None:
+            replay = f"scbm replay {shown_path(f'{decided.case}.yaml')}"
+            out.lines(case_lines(text, replay, None, f"Save this here as {decided.case}.yaml, then run:"))
+    if found.is_interrupted:
+        return INTERRUPTED
+    return 1 if decided.status in (RequirementStatus.UNDECIDED, RequirementStatus.VIOLATED) else 0
 
 
 def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:

@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 from scbm.cases.coverage import bits_of, only_by, visitors_of_each
 from scbm.reports.stored_cases import again
 from scbm.store import Written
-from scbm.testing.campaign_results_json import asserted_json, coverage_json, hazard_json, lifted_json, statuses_json
+from scbm.testing.campaign_results_json import (
+    asserted_json,
+    coverage_json,
+    hazard_json,
+    lifted_json,
+    requirement_json,
+    statuses_json,
+)
 
 if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover
@@ -34,6 +41,7 @@ def history_json(history: History) -> dict[str, Any]:
         "over_nodes_seconds": history.over_nodes_ns / 1e9,
         "outdated": history.outdated,
         "short_of_goal": history.short_count,
+        "requirements": [requirement_json(each) for each in history.requirements],
         "requirements_off": dict(history.model.requirements_off),
         "requirements_on": list(history.model.requirements_on),
         "hazards": len(history.hazards),

@@ -35,12 +35,17 @@ def junit_xml(history: History) -> str:
     suite.set("timestamp", history.runs[-1].started[:_SECONDS])
     suite.set("file", portable(history.source.path))
     properties = SubElement(suite, "properties")
-    for name, value in _properties(history):
+    for name, value in (*_properties(history), *_requirements(history)):
         SubElement(properties, "property", {"name": name, "value": value})
     smallest = smallest_by_label(history)
     for label, case in zip(history.labels, history.cases, strict=True):
         _add_case(suite, label, case, history, smallest.get(label, ()))
     return xml_text(root)
+
+
+def _requirements(history: History) -> Iterator[tuple[str, str]]:
+    for each in history.requirements:
+        yield f"{'built_in' if each.is_built_in else 'requirement'}/{each.name}", each.words
 
 
 def _properties(history: History) -> Iterator[tuple[str, str]]:

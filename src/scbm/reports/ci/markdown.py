@@ -68,7 +68,7 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
     undecided = [each for each in missed if each.status is Decision.UNDECIDED]
     others = [each for each in missed if each.status is not Decision.UNDECIDED]
     blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history)]
-    blocks += [*_hazards(history), _figures(history)]
+    blocks += [*_hazards(history), _figures(history), *_requirements(history)]
     folds = InstanceFolds.of(history.model)
     blocks += [*_missing(undecided, file, folds), *_not_needed(others, folds)]
     blocks += pictures
@@ -127,6 +127,13 @@ def _statuses(history: History) -> Iterator[str]:
     warnings = [f"- ⚠️ {_plain(warning)}\n" for warning in status_warnings(statuses)]
     if warnings:
         yield "".join(warnings)
+
+
+def _requirements(history: History) -> Iterator[str]:
+    """Yield a table of the requirements, with what cases and closing say of them."""
+    rows = [_row(_cell(each.name), _plain(each.words)) for each in history.requirements]
+    if rows:
+        yield f"{_table(('requirement', 'known of it'), rows)}\n"
 
 
 def _not_needed(missed: Sequence[Missed], folds: InstanceFolds) -> Iterator[str]:

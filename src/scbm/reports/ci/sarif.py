@@ -17,6 +17,7 @@ from scbm.reports.stored_cases import again, again_words, asked_for, causes_of, 
 from scbm.store import Written
 from scbm.testing import FailureKind
 from scbm.testing.built_in_requirements import part_to_change
+from scbm.testing.decided_requirements import RequirementStatus
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,6 +67,7 @@ def _run(history: History) -> dict[str, Any]:
     _, places = read_located(history.source.text, portable(history.source.path))
     results = [_result(cause, history, places) for cause in causes_of(history)]
     results += [*_status_results(history, places), *_hazard_results(history, places)]
+    results += _requirement_results(history, places)
     rules = _rules(history)
     order = [rule["id"] for rule in rules]
     files = dict.fromkeys((portable(history.source.path), *_case_files(history)))
@@ -85,6 +87,8 @@ def _run(history: History) -> dict[str, Any]:
         **_status_properties(history),
     }
 
+
+_REQUIREMENT = "requirement_in_all_runs"
 
 _STATUS_RULES = {
     "waived": ("A waived obligation", "A person decided that this obligation need not be covered."),
@@ -177,12 +181,44 @@ def _hazard_results(history: History, places: Places) -> Iterator[dict[str, Any]
         yield _warning(_HAZARD, f"{first}{more}", place, f"{resource} {kind}")
 
 
+_REQUIREMENT_KINDS = {
+    RequirementStatus.HOLDS: ("pass", "none"),
+    RequirementStatus.HOLDS_CANONICAL: ("pass", "none"),
+    RequirementStatus.VIOLATED: ("fail", "error"),
+    RequirementStatus.CASES_ONLY: ("informational", "none"),
+}
+"""The kind and the level of a result about a requirement; any other one is open."""
+
+
+def _requirement_results(history: History, places: Places) -> Iterator[dict[str, Any]]:
+    """Yield a result for each decided requirement, at its line: how many cases check it, and what closing says."""
+    for each in history.requirements:
+        if each.decision is None:
+            continue
+        kind, level = _REQUIREMENT_KINDS.get(each.decision.status, ("open", "none"))
+        place, _ = places.find(("behavior_model",) if each.is_built_in else ("requirements", each.name))
+        fingerprint = sha256(f"{_REQUIREMENT}\0{each.is_built_in}\0{each.name}".encode()).hexdigest()[:16]
+        yield {
+            "ruleId": _REQUIREMENT,
+            "kind": kind,
+            "level": level,
+            "message": {"text": f"{each.name} is {each.words}: {each.decision.reason}"},
+            "locations": [{"physicalLocation": region_of(place)}],
+            "partialFingerprints": {"scbmCause/v1": fingerprint, "primaryLocationLineHash": f"{fingerprint}:1"},
+        }
+
+
 def _rules(history: History) -> list[dict[str, Any]]:
     """Return the rules: those about statuses only if statuses are known, that about hazards only if there are some."""
     rules = [_rule(kind, *words) for kind, words in _RULES.items()]
     if history.decided is not None:
         rules += [_status_rule(rule, *words) for rule, words in _STATUS_RULES.items()]
-    return [*rules, _status_rule(_HAZARD, *_HAZARD_WORDS)] if history.hazards else rules
+    if history.hazards:
+        rules.append(_status_rule(_HAZARD, *_HAZARD_WORDS))
+    if history.decisions:
+        sentence = "Cases check it, and `scbm close --requirements --store` decides it in all runs."
+        rules.append(_status_rule(_REQUIREMENT, "What is known of a requirement", sentence))
+    return rules
 
 
 def _rule(kind: FailureKind, title: str, sentence: str) -> dict[str, Any]:

@@ -327,11 +327,14 @@ def _requirements(closing: Closing, columns: int) -> Iterator[Text]:
     yield from _head("Requirements" if len(found.decided) > len(BUILT_IN_NAMES) else "Built-in requirements")
     width = max(len(each.name) for each in found.decided)
     for each in found.decided:
-        lines = wrap(_status_words(each), columns - width - 4, break_long_words=False, break_on_hyphens=False)
+        lines = wrap(status_words(each), columns - width - 4, break_long_words=False, break_on_hyphens=False)
         for number, line in enumerate(lines):
             yield Text(f"  {'' if number else each.name:<{width}}  {line}", style=_STATUS_STYLES[each.status])
         if each.option is not None:
             yield Text(f"  {'':<{width}}  {each.option} raises this limit", style="dim")
+    if found.left_to_cases:
+        noun = counted(found.left_to_cases, "requirement")
+        yield from _wrapped(f"{noun} judged by cases alone: the exit code does not depend on it", 2, columns, "")
     if found.assumptions:
         followed = f"{counted(found.situations, 'situation')} of runs were followed"
         yield from _wrapped(f"{followed}. Answers `holds` {_certified(found)}assume:", 2, columns, "")
@@ -348,7 +351,8 @@ def _certified(found: RequirementDecisions) -> str:
     return f"have certificates, but for {', '.join(without)}; they " if without else "have certificates, and "
 
 
-def _status_words(decided: DecidedRequirement) -> str:
+def status_words(decided: DecidedRequirement) -> str:
+    """Return a decision in words."""
     match decided.status:
         case RequirementStatus.HOLDS:
             return f"holds {decided.reason}"

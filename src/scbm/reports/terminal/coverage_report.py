@@ -22,6 +22,7 @@ from scbm.reports.figure_table import (
     figures,
     hazard_lines,
     missed_table,
+    requirement_lines,
     requirements_off_lines,
     short_of_goal_in_words,
     verdict_lines,
@@ -165,6 +166,7 @@ def coverage_report(
     yield Text(f"  Testing duration: {duration}, {_cases(result)}")
     yield from verdict_lines(campaign.count, campaign.failed_count)
     yield from _short_of_goal(campaign)
+    yield from requirement_lines(result.requirements, columns)
     yield from requirements_off_lines(campaign.model, columns)
     yield from _early(result)
     yield from _forecast(result)

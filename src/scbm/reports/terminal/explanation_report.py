@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from msgspec import Struct
 from msgspec.structs import replace
 from rich.text import Text
 
@@ -15,11 +16,12 @@ from scbm.closing import Decision
 from scbm.closing.decisions import SuggestionKind
 from scbm.closing.summaries import in_few_words, plan_in_words, reason_about_it
 from scbm.model import format_moment, format_value
+from scbm.model.requirements import BUILT_IN_NAMES
 from scbm.model.visible_text import counted
 from scbm.proofcheck import SetsArgument, StructureArgument, ValuesArgument
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
 from scbm.reports.run.event_lines import event_lines
-from scbm.reports.terminal.closing_report import ended_lines
+from scbm.reports.terminal.closing_report import ended_lines, status_words
 from scbm.reports.terminal.timeline import draw_line
 
 if TYPE_CHECKING:
@@ -28,9 +30,9 @@ if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.cases.coverage import Obligation
     from scbm.closing import Suggestion
-    from scbm.closing.decisions import StageEnd
+    from scbm.closing.decisions import DecidedRequirement, StageEnd
     from scbm.closing.explanations import Explanation, SearchedRuns, Visit
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, Requirement
     from scbm.reports.run.event_lines import EventLine
 
 _LINES = 8
@@ -53,6 +55,53 @@ _STYLES = {
     Decision.WAIVED: "bold",
     Decision.UNDECIDED: "bold red",
 }
+
+
+class ExplainedRequirement(Struct, frozen=True):
+    """A requirement that is to be explained.
+
+    Attributes:
+        name: its name.
+        requirement: that of the model; `None` for a built-in one.
+    """
+
+    name: str
+    requirement: Requirement | None
+
+    def is_about(self, decided: DecidedRequirement) -> bool:
+        """Return whether a decision is about it."""
+        return decided.name == self.name and decided.is_built_in == (self.requirement is None)
+
+    def assumes(self, sentence: str) -> bool:
+        """Return whether its answer has an assumption: those of one built-in requirement begin with its name."""
+        name = sentence.partition(":")[0]
+        return name not in BUILT_IN_NAMES or (name == self.name and self.requirement is None)
+
+
+def requirement_explanation(
+    asked: ExplainedRequirement, decided: DecidedRequirement, miss: str, assumed: Sequence[str], columns: int
+) -> Iterator[Text]:
+    """Yield what closing says of a requirement.
+
+    Args:
+        asked: the requirement.
+        decided: the decision.
+        miss: how near runs come to violating it, as a clause; empty if that is not known.
+        assumed: what the answer assumes.
+        columns: the width of the report.
+    """
+    says = BUILT_IN_NAMES[asked.name] if asked.requirement is None else str(asked.requirement.sentence)
+    yield Text(asked.name, style="bold").append(f": {says}", "not bold")
+    parts = [status_words(decided), *([f"{decided.reason}"] if decided.case else []), *([miss] if miss else [])]
+    parts += [f"certificate: {decided.certificate}"] if decided.certificate else []
+    for part in parts:
+        yield from (Text(line) for line in wrapped(part, columns, "  ", 4))
+    if decided.option is not None:
+        yield Text(f"  {decided.option} raises this limit", style="dim")
+    if assumed:
+        yield Text("  This assumes:")
+        for sentence in assumed:
+            yield from (Text(line, style="dim") for line in wrapped(sentence, columns, " " * 6, 8))
 
 
 def explanation_lines(  # noqa: PLR0913, PLR0917 - what closing found, and how it is shown

@@ -19,6 +19,7 @@ from scbm.reports.figure_table import (
     figures,
     hazard_lines,
     missed_table,
+    requirement_lines,
     requirements_off_lines,
     short_of_goal_in_words,
     verdict_lines,
@@ -165,6 +166,7 @@ def stored_report(
     short = short_of_goal_in_words(history.short_count, history.short)
     if short:
         yield Text(f"  Passed short of the goal: {short}")
+    yield from requirement_lines(history.requirements, columns)
     yield from requirements_off_lines(history.model, columns)
     for place in place_counts(history):
         yield Text(f"  Over nodes: {place}")

@@ -1,0 +1,108 @@
+"""`scbm close --requirements --store` keeps decisions, and all reports about the same model print them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conftest import Ran
+
+LAMP = """\
+behavior_model: lamp
+variables:
+  lamp: {domain: [off, on], initial: off}
+resources:
+  relay: {simulation: {latency: 1 s}}
+operations:
+  switch: {request: relay, deadline: 5 s, guard: lamp == off, effects: [lamp <- on]}
+goals:
+  lit: {goal: lamp == on, may_end: [aborted, unsolvable, time_limit, replan_limit]}
+requirements_off: {recovers: the lamp may stay off}
+requirements:
+  asked_first: switch.state == executing before lamp == on
+  soon: switch.state == executing leads to lamp == on within 60 s
+"""
+WRONG = "  never_on: never lamp == on\n"
+
+Scbm = Callable[..., Ran]
+
+pytestmark = pytest.mark.usefixtures("shared_closings")
+
+
+@pytest.fixture
+def lamp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "lamp.yaml"
+    path.write_text(LAMP, encoding="utf-8")
+    return path
+
+
+def words(text: str) -> dict[str, str]:
+    """What a report has beside each requirement about three cases and closing, by name."""
+    return dict(re.findall(r"^ {4}(\w+) +checked in 3 cases; (.*)$", text, re.MULTILINE))
+
+
+def test_within_is_left_to_cases_and_counted_and_the_exit_code_does_not_depend_on_it(scbm: Scbm, lamp: Path) -> None:
+    ran = scbm("close", lamp, "--requirements", "--json")
+    found = json.loads(ran.out)["requirements"]
+    statuses = {each["name"]: each["status"] for each in found["decided"]}
+    assert (statuses["asked_first"], statuses["soon"], found["cases_only"], ran.code) == ("holds", "cases_only", 1, 0)
+
+
+def test_the_last_closing_of_the_same_model_counts(scbm: Scbm, lamp: Path) -> None:
+    arguments = ("test", lamp, "--cases", "3", "--seed", "1", "--store", "s.db", "--no-shrink")
+    assert words(scbm(*arguments).out)["asked_first"] == "not decided"
+    assert scbm("close", lamp, "--requirements", "--store", "s.db").code == 0
+    for report in (scbm(*arguments), scbm("report", "s.db")):
+        found = words(report.out)
+        assert found["asked_first"] == "holds"
+        assert found["soon"].startswith("judged")
+        assert found["no_orphan"] == "holds"
+        assert "recovers" not in found
+    scbm("combine", "s.db", "-o", "united.db")
+    assert words(scbm("report", "united.db").out)["asked_first"] == "holds"
+
+
+def test_decisions_of_another_model_do_not_count(scbm: Scbm, lamp: Path) -> None:
+    scbm("test", lamp, "--cases", "1", "--store", "s.db")
+    lamp.write_text(LAMP + WRONG, encoding="utf-8")
+    assert scbm("close", lamp, "--requirements", "--store", "s.db").code == 2
+    assert scbm("close", lamp, "--store", "t.db").code == 2
+
+
+def test_every_format_has_it_beside_the_requirement(scbm: Scbm, lamp: Path) -> None:
+    lamp.write_text(LAMP + WRONG, encoding="utf-8")
+    assert scbm("close", lamp, "--requirements", "--store", "s.db", "--out", "closed").code == 1
+    assert scbm("report", "s.db").code == 2  # there are no cases yet
+    assert scbm("test", lamp, "closed", "--store", "s.db", "--no-shrink").code == 1
+    kinds = ("html", "markdown", "junit", "sarif")
+    ran = scbm("report", "s.db", "--json", *(part for kind in kinds for part in (f"--{kind}", f"s.{kind}")))
+    texts = {"json": ran.out} | {kind: Path(f"s.{kind}").read_text(encoding="utf-8") for kind in kinds}
+    assert not [kind for kind, text in texts.items() if "violated by never_on-1" not in text.replace("\\", "")]
+    decided = {each["name"]: each["decision"]["status"] for each in json.loads(texts["json"])["requirements"]}
+    assert (decided["never_on"], decided["asked_first"], decided["stops"]) == ("violated", "holds", "holds")
+    (run,) = json.loads(texts["sarif"])["runs"]
+    lines = {
+        result["message"]["text"].split()[0]: result["locations"][0]["physicalLocation"]["region"]["startLine"]
+        for result in run["results"]
+        if result["ruleId"] == "requirement_in_all_runs"
+    }
+    assert lines["never_on"] == LAMP.count("\n") + 1
+    assert all(run["tool"]["driver"]["rules"][each["ruleIndex"]]["id"] == each["ruleId"] for each in run["results"])
+
+
+def test_a_requirement_is_explained_by_what_closing_says_of_it(scbm: Scbm, lamp: Path) -> None:
+    lamp.write_text(LAMP + WRONG + "  free: never lamp == on && relay_req_trigger == true\n", encoding="utf-8")
+    violated = scbm("explain", lamp, "never_on")
+    assert violated.code == 1
+    assert "scbm replay never_on-1.yaml" in violated.out
+    held = json.loads(scbm("explain", lamp, "free", "--json").out)
+    assert held["requirement"]["status"] == "holds"
+    assert held["requirement"]["certificate"] == "requirements"
+    assert "relay_req_trigger" in held["nearest"]
+    built_in = json.loads(scbm("explain", lamp, "no_orphan", "--json").out)
+    assert (built_in["requirement"]["built_in"], bool(built_in["assumptions"])) == (True, True)
