@@ -108,6 +108,12 @@ class NodeProcess:
         """The lines of stdout so far."""
         return tuple(self._output_lines)
 
+    def write_line(self, line: str) -> None:
+        """Write a line to its stdin."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(f"{line}\n")
+        self.process.stdin.flush()
+
     def send(self, name: signal.Signals) -> None:
         """Sends a signal."""
         self.process.send_signal(name)

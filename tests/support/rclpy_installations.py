@@ -45,7 +45,12 @@ class Rclpy:
 
     def environment(self, domain: int) -> dict[str, str]:
         """The environment of a process in a domain on loopback, which can import scbm, too."""
-        paths = [str(ROOT / "src"), sysconfig.get_path("purelib"), os.environ.get("PYTHONPATH", "")]
+        paths = [
+            str(ROOT / "src"),
+            str(ROOT / "tests"),
+            sysconfig.get_path("purelib"),
+            os.environ.get("PYTHONPATH", ""),
+        ]
         return {
             **os.environ,
             "PYTHONPATH": os.pathsep.join(filter(None, paths)),

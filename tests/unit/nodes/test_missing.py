@@ -35,6 +35,9 @@ class Reaching:
     def cancel(self, request: Correlation) -> None:
         raise NotImplementedError
 
+    def end_run(self, run: str) -> None:
+        raise NotImplementedError
+
 
 @pytest.mark.parametrize("alone", [None, WRONG, SIMILAR], ids=["no_driver", "wrong", "similar"])
 def test_who_is_not_there_is_reported_and_why(alone: Unmatched | None, wording: Wording) -> None:

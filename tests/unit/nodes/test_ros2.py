@@ -309,11 +309,9 @@ def test_what_rclpy_cannot_send_is_reported_without_the_place_in_its_source(
     "ask",
     [
         lambda bus: bus.subscribe(TALK, _ignore, left=_ignore),
-        lambda bus: bus.subscribe(Topic("/talk", is_latched=True), _ignore),
-        lambda bus: bus.publisher(Topic("/talk", is_latched=True)),
         lambda bus: bus.serve(LIGHT, dict),
     ],
-    ids=["who left", "latched heard", "latched published", "served"],
+    ids=["who left", "served"],
 )
 def test_what_rclpy_is_not_for_is_refused(
     rclpy: Rclpy, scene: Callable[[Play], None], ask: Callable[[RclpyBus], object]

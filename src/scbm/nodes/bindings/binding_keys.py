@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scbm.files.codec.key_types import INTERFACES, NAME_NODE, MappingType, NamesType
 from scbm.files.codec.keys import Key, Keys
@@ -14,9 +14,12 @@ from scbm.model.operations import Assign
 from scbm.model.predicates import Constant
 from scbm.model.sources import inputs, moved, published_by
 from scbm.model.values import format_value
+from scbm.nodes.bindings.action_keys import ActionKeys
 from scbm.nodes.bindings.field_values import is_carried, read_variable_value
 from scbm.nodes.bindings.reading_keys import MeasuredTopicKeys
 from scbm.nodes.bindings.ros_binding import (
+    ActionCall,
+    ActionChoice,
     MeasuredTopic,
     RequestBinding,
     RosBinding,
@@ -43,6 +46,12 @@ if TYPE_CHECKING:
     from scbm.model.values import Value
     from scbm.model.variables import Variable
     from scbm.nodes.types.type_library import TypeLibrary
+
+    _Calls: TypeAlias = (
+        tuple[Entry[tuple[Entry[ServiceKeys], ...]], ...] | tuple[Entry[tuple[Entry[ActionKeys], ...]], ...]
+    )
+    _Chosen: TypeAlias = tuple[str, tuple[tuple[Value, Any], ...]]
+    """A variable, and for each value a service, or for each value an action."""
 
 _PLAIN = re.compile(r"[A-Za-z_/][\w./]*|-?\d+", re.ASCII)
 """The texts that need no quotes; a key that is a number is one of these, too."""
@@ -83,6 +92,14 @@ class RosKeys(Keys):
     services = Key(
         NamesType(NamesType(MappingType(ServiceKeys), "value → service"), "variable → value → service"),
         "A service for each value of one variable that requests carry.",
+    )
+    action = Key(
+        MappingType(ActionKeys, "action"),
+        "One action for all requests.",
+    )
+    actions = Key(
+        NamesType(NamesType(MappingType(ActionKeys), "value → action"), "variable → value → action"),
+        "An action for each value of one variable that requests carry.",
     )
     topics = Key(
         MappingType(TopicsKeys),
@@ -232,26 +249,43 @@ class BindingReader:
                 self._reader.add(Slug.UNBOUND_REQUEST, message, place, remedy)
                 return
 
-    # services chosen by a variable
+    def action(self, resource: Resource, keys: RosKeys) -> ActionCall | None:
+        """Return the action for all requests; `None` if there is none, or it is wrong."""
+        return None if keys.action is None else keys.action.call(resource, self._shared)
+
+    # services and actions chosen by a variable
 
     def choice(self, resource: Resource, keys: RosKeys) -> ServiceChoice | None:
         """Return the services for the values of a variable; `None` if there are none, or they are wrong."""
-        section = keys.node.get("services")
+        chosen = self._choice(resource, keys, "services", keys.services or ())
+        return None if chosen is None else ServiceChoice(*chosen)
+
+    def action_choice(self, resource: Resource, keys: RosKeys) -> ActionChoice | None:
+        """Return the actions for the values of a variable; `None` if there are none, or they are wrong."""
+        chosen = self._choice(resource, keys, "actions", keys.actions or ())
+        return None if chosen is None else ActionChoice(*chosen)
+
+    def _choice(self, resource: Resource, keys: RosKeys, key: str, variables: _Calls) -> _Chosen | None:
+        section = keys.node.get(key)
         if section is None or not isinstance(section.plain, dict):
             return None
-        variables = keys.services or ()
         if len(variables) != 1 and not section.incomplete:
             found = "here are several" if variables else "here is none"
-            message = f"services are chosen by one variable that requests carry, and {found}"
-            remedy = "write `services: {<variable>: {<value>: {name: …, type: …}}}`"
-            self._reader.add(Slug.BAD_BINDING, message, keys.place("services"), remedy)
-        choices = [self._chosen(resource, entry, is_only=len(variables) == 1) for entry in variables]
+            message = f"{key} are chosen by one variable that requests carry, and {found}"
+            remedy = f"write `{key}: {{<variable>: {{<value>: {{name: …, type: …}}}}}}`"
+            self._reader.add(Slug.BAD_BINDING, message, keys.place(key), remedy)
+        choices = [self._chosen(resource, entry, key[:-1], is_only=len(variables) == 1) for entry in variables]
         return choices[0] if len(choices) == 1 else None
 
     def _chosen(
-        self, resource: Resource, entry: Entry[tuple[Entry[ServiceKeys], ...]], *, is_only: bool
-    ) -> ServiceChoice | None:
-        """Return the services for the values of one variable; they are read even if the variable cannot be."""
+        self,
+        resource: Resource,
+        entry: Entry[tuple[Entry[ServiceKeys], ...]] | Entry[tuple[Entry[ActionKeys], ...]],
+        what: str,
+        *,
+        is_only: bool,
+    ) -> _Chosen | None:
+        """Return what is called for the values of one variable; it is read even if the variable cannot be."""
         carried = is_carried(self._reader, entry.name, resource, entry.place)
         variable = self._reader.scope.variables.get(entry.name) if carried else None
         calls = []
@@ -260,11 +294,13 @@ class BindingReader:
             call = chosen.value.call(resource, self._shared)
             calls += [] if value is None or call is None else [(value, call)]
         if variable is not None and is_only and isinstance(entry.node.plain, dict) and not entry.node.incomplete:
-            self._refuse_unbound(resource, variable, tuple(entry.node.items), entry.place)
-        return ServiceChoice(entry.name, tuple(calls)) if carried else None
+            self._refuse_unbound(resource, variable, tuple(entry.node.items), entry.place, what)
+        return (entry.name, tuple(calls)) if carried else None
 
-    def _refuse_unbound(self, resource: Resource, variable: Variable, bound: tuple[str, ...], place: Place) -> None:
-        """Note values that a transition may send, and that no service is bound to."""
+    def _refuse_unbound(
+        self, resource: Resource, variable: Variable, bound: tuple[str, ...], place: Place, what: str
+    ) -> None:
+        """Note values that a transition may send, and that no service or action is bound to."""
         known = dict.fromkeys(bound)
         for sender, actions in self._sending(resource):
             sent = [format_value(value) for action in actions for value in self._assigned(action, variable)]
@@ -273,7 +309,7 @@ class BindingReader:
                 known |= dict.fromkeys(missing)
                 listed = ", ".join(f"`{text}`" for text in missing[:_MAX_SHOWN])
                 listed += ", …" if len(missing) > _MAX_SHOWN else ""
-                message = f"no service is bound to {listed}, which {sender} assigns to `{variable.name}`"
+                message = f"no {what} is bound to {listed}, which {sender} assigns to `{variable.name}`"
                 remedy = f"add `{missing[0]}: {{name: …, type: …}}`"
                 self._reader.add(Slug.UNBOUND_REQUEST, message, place, remedy)
 
@@ -313,6 +349,8 @@ class BindingReader:
 REQUEST_KEYS: dict[str, Callable[[BindingReader, Resource, RosKeys], RequestBinding | None]] = {
     "service": BindingReader.service,
     "services": BindingReader.choice,
+    "action": BindingReader.action,
+    "actions": BindingReader.action_choice,
     "topics": BindingReader.pair,
 }
 """The keys of `RosKeys` that say where requests go, with what reads them; a binding has one of them at most."""
@@ -326,6 +364,7 @@ def _listed(conjunction: str) -> str:
 BINDINGS_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (RosKeys, "a resource"),
     (ServiceKeys, "a service"),
+    (ActionKeys, "an action"),
     (MeasuredTopicKeys, "a measured topic"),
 )
 """The words of messages for the mappings of a bindings file."""

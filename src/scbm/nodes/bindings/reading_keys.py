@@ -68,7 +68,16 @@ class ReadingKeys(Keys):
         "written by its name.",
     )
 
-    def reading(self, name: str, resource: Resource, path: FieldPath, fields: FieldReader, place: Place) -> Reading:
+    def reading(  # noqa: PLR0913 - a variable, a field, and their places
+        self,
+        name: str,
+        resource: Resource,
+        path: FieldPath,
+        fields: FieldReader,
+        place: Place,
+        *,
+        is_published: bool = False,
+    ) -> Reading:
         """Return how a field of a reply becomes a value of a variable; valid only if no error is noted.
 
         Args:
@@ -77,8 +86,10 @@ class ReadingKeys(Keys):
             path: the field.
             fields: reads fields of the same message.
             place: where the name stands.
+            is_published: whether the field comes without a request, as in feedback.
         """
-        return self._reading(name, self._variable(name, resource, place), path, fields, place)
+        variable = self._variable(name, resource, place, is_published=is_published)
+        return self._reading(name, variable, path, fields, place)
 
     def _reading(
         self, name: str, variable: Variable | None, path: FieldPath, fields: FieldReader, place: Place
@@ -96,11 +107,12 @@ class ReadingKeys(Keys):
             self.reader.add(Slug.BAD_BINDING, message, self.place("values"), remedy)
         return Reading(name, path, tuple(self._ranges(variable, kind)), tuple(self._meanings(variable, path, fields)))
 
-    def _variable(self, name: str, resource: Resource, place: Place) -> Variable | None:
-        if name not in resource.measures:
-            message = f"this resource does not measure `{name}`"
-            remedy = suggestion(name, resource.measures, "it measures")
-            remedy = remedy or f"add `measures: [{name}]` to the resource"
+    def _variable(self, name: str, resource: Resource, place: Place, *, is_published: bool) -> Variable | None:
+        word, names = ("publish", resource.publishes) if is_published else ("measure", resource.measures)
+        if name not in names:
+            message = f"this resource does not {word} `{name}`"
+            remedy = suggestion(name, names, f"it {word}es" if is_published else "it measures")
+            remedy = remedy or f"add `{'publishes' if is_published else 'measures'}: [{name}]` to the resource"
             self.reader.add(Slug.UNKNOWN_VARIABLE, message, place, remedy)
             return None
         return self.reader.scope.variables.get(name)

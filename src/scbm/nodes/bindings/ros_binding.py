@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from scbm.model import Resource
     from scbm.model.values import Value
-    from scbm.nodes.types.definitions import MessageDefinition, ServiceDefinition
+    from scbm.nodes.types.definitions import ActionDefinition, MessageDefinition, ServiceDefinition
     from scbm.nodes.types.field_paths import FieldPath
 
 
@@ -117,6 +117,11 @@ class RequestBinding(Struct, frozen=True):
         return ()
 
     @property
+    def actions(self) -> tuple[ActionCall, ...]:
+        """All actions that goals go to, in order."""
+        return ()
+
+    @property
     def topics(self) -> tuple[str, ...]:
         """All topics that carry requests or replies as texts."""
         return ()
@@ -160,6 +165,53 @@ class ServiceChoice(RequestBinding, frozen=True):
     def services(self) -> tuple[ServiceCall, ...]:
         """The services of all values."""
         return tuple(call for _, call in self.calls)
+
+
+class ActionCall(RequestBinding, frozen=True):
+    """An action, and how a request is converted into a goal of it.
+
+    Attributes:
+        name: the absolute name of the action: `/gantry/follow_joint_trajectory`.
+        type: its type.
+        goal: the fields of its goal.
+        succeeded: the fields of a result that means success, beside the status; any other result means failure.
+        measured: how fields of a result that means success are measured.
+        feedback: how fields of feedback are measured, of variables that the resource publishes.
+    """
+
+    name: str
+    type: ActionDefinition
+    goal: RequestFields = ()
+    succeeded: tuple[tuple[FieldPath, Scalar], ...] = ()
+    measured: tuple[Reading, ...] = ()
+    feedback: tuple[Reading, ...] = ()
+
+    @property
+    def actions(self) -> tuple[ActionCall, ...]:
+        """A tuple with this action alone."""
+        return (self,)
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """How fields of results and feedback are converted into values."""
+        return (*self.measured, *self.feedback)
+
+
+class ActionChoice(RequestBinding, frozen=True):
+    """One action for each value of a variable that the request carries. A value without an action cannot be sent."""
+
+    variable: str
+    calls: tuple[tuple[Value, ActionCall], ...]
+
+    @property
+    def actions(self) -> tuple[ActionCall, ...]:
+        """The actions of all values."""
+        return tuple(call for _, call in self.calls)
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """How fields of results and feedback are converted into values."""
+        return tuple(reading for _, call in self.calls for reading in call.readings)
 
 
 class TopicPair(RequestBinding, frozen=True):

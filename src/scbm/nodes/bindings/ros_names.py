@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from msgspec import Struct
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from scbm.nodes.bindings.ros_binding import RosBinding
     from scbm.nodes.types.definitions import ActionDefinition, MessageDefinition, ServiceDefinition
     from scbm.nodes.types.type_library import TypeLibrary
+
+    _Definition: TypeAlias = MessageDefinition | ServiceDefinition | ActionDefinition
 
 _MAX_CHARACTERS = 247
 """The maximum length of a name: 255 in DDS, less a prefix and a suffix of ROS 2."""
@@ -87,7 +89,7 @@ class SharedNames:
     def __init__(self, reader: ValueReader, library: TypeLibrary) -> None:
         self._reader = reader
         self._library = library
-        self._types: dict[tuple[str, str], tuple[MessageDefinition | ServiceDefinition, str]] = {}
+        self._types: dict[tuple[str, str], tuple[_Definition, str]] = {}
         self._uses: dict[str, _TopicUse] = {}
 
     def message(self, node: YamlNode) -> MessageDefinition | None:
@@ -107,6 +109,8 @@ class SharedNames:
         where = f"for `{resource}`"
         for call in binding.calls:
             self._types.setdefault(("service", call.name), (call.type, where))
+        for action in () if binding.requests is None else binding.requests.actions:
+            self._types.setdefault(("action", action.name), (action.type, where))
         pair = () if binding.requests is None else binding.requests.topics
         for name, kind in binding.topics():
             self._types.setdefault(("topic", name), (kind, where))
@@ -120,6 +124,10 @@ class SharedNames:
     def note_service(self, name: str, kind: ServiceDefinition, place: Place) -> None:
         """Note a service; an error if it has another type elsewhere."""
         self._note("service", name, kind, place)
+
+    def note_action(self, name: str, kind: ActionDefinition, place: Place) -> None:
+        """Note an action; an error if it has another type elsewhere."""
+        self._note("action", name, kind, place)
 
     def note_use(self, name: str, place: Place, *, is_of_pair: bool) -> None:
         """Note a use of a topic of texts; an error if it is shared and cannot be.
@@ -139,7 +147,7 @@ class SharedNames:
                 return
             self._reader.add(Slug.BAD_BINDING, f"`{name}` {carries} {before.where}, too", place, remedy)
 
-    def _note(self, what: str, name: str, kind: MessageDefinition | ServiceDefinition, place: Place) -> None:
+    def _note(self, what: str, name: str, kind: _Definition, place: Place) -> None:
         before, where = self._types.setdefault((what, name), (kind, f"in line {place.line}"))
         if before == kind:
             return

@@ -89,11 +89,15 @@ class ServiceKeys(Keys):
 
 
 def read_measured(
-    entries: tuple[Entry[FieldReadingKeys], ...] | None, resource: Resource, fields: FieldReader
+    entries: tuple[Entry[FieldReadingKeys], ...] | None,
+    resource: Resource,
+    fields: FieldReader,
+    *,
+    is_published: bool = False,
 ) -> Iterator[Reading]:
-    """Yield how fields of a message are measured by replies of a resource."""
+    """Yield how fields of a message are measured: of a reply, or of one that a resource publishes without a request."""
     for entry in entries or ():
         field = entry.value.field_node
         path = None if field is None or field.text is None else fields.leaf(field.text, field.place)
         if path is not None:
-            yield entry.value.reading(entry.name, resource, path, fields, entry.place)
+            yield entry.value.reading(entry.name, resource, path, fields, entry.place, is_published=is_published)

@@ -6,6 +6,7 @@ All that is called back is called on the event loop that the bus was opened on, 
 
 from __future__ import annotations
 
+import asyncio
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from msgspec import Struct
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ONLY_BEST_EFFORT",
     "USE_RCLPY",
+    "Answer",
     "Answered",
     "Bus",
     "BusError",
@@ -31,6 +33,7 @@ __all__ = [
     "Subscription",
     "Topic",
     "Unmatched",
+    "when_answered",
 ]
 
 
@@ -210,8 +213,8 @@ class Bus(Protocol):
         """Return a client. `receive` gets each answer once; `matched` the number of servers whenever that changes."""
         ...
 
-    def serve(self, service: Service, answer: Callable[[Message], Mapping[str, object]]) -> None:
-        """Serve a service: `answer` gets a request, and returns the fields of the response."""
+    def serve(self, service: Service, answer: Answer) -> None:
+        """Serve a service: `answer` gets a request, and returns the fields of the response, or a future of them."""
         ...
 
     def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
@@ -231,6 +234,20 @@ class BusError(Exception):
         self.message = message
         self.remedy = remedy
         self.where = where
+
+
+Answer: TypeAlias = "Callable[[Message], Mapping[str, object] | asyncio.Future[Mapping[str, object]]]"
+"""What serves a service. The response to a future that is done later is sent then."""
+
+
+def when_answered(
+    answer: Mapping[str, object] | asyncio.Future[Mapping[str, object]], respond: Callable[[Mapping[str, object]], None]
+) -> None:
+    """Call `respond` with the fields of a response: at once, or when the future has them."""
+    if isinstance(answer, asyncio.Future):
+        answer.add_done_callback(lambda done: None if done.cancelled() else respond(done.result()))
+    else:
+        respond(answer)
 
 
 Join: TypeAlias = "Callable[[str], Bus]"

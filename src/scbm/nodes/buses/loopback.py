@@ -8,13 +8,22 @@ from itertools import count
 from time import monotonic_ns
 from typing import TYPE_CHECKING
 
-from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Answered, BusError, Received, Service, Topic, Unmatched
+from scbm.nodes.buses.bus import (
+    ONLY_BEST_EFFORT,
+    Answered,
+    BusError,
+    Received,
+    Service,
+    Topic,
+    Unmatched,
+    when_answered,
+)
 from scbm.nodes.types.cdr import BadValueError, codec_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from scbm.nodes.buses.bus import Join
+    from scbm.nodes.buses.bus import Answer, Join
     from scbm.nodes.types.cdr import Message
     from scbm.nodes.types.definitions import MessageDefinition
 
@@ -200,11 +209,15 @@ class _LoopbackSubscription:
 class _LoopbackServer:
     bus: LoopbackBus
     service: Service
-    answer: Callable[[Message], Mapping[str, object]]
+    answer: Answer
 
     def take(self, call: int, request: Message, client: _LoopbackClient) -> None:
-        response = _sent(self.service.type.response, self.answer(request))
-        client.bus.later(client.receive, Answered(call, response, client.hub.now_ns()))
+        def respond(values: Mapping[str, object]) -> None:
+            if self.bus.is_open:
+                response = _sent(self.service.type.response, values)
+                client.bus.later(client.receive, Answered(call, response, client.hub.now_ns()))
+
+        when_answered(self.answer(request), respond)
 
 
 @dataclass(eq=False)
@@ -304,7 +317,7 @@ class LoopbackBus:
         self._leave.append(lambda: self._hub.remove_client(made))
         return made
 
-    def serve(self, service: Service, answer: Callable[[Message], Mapping[str, object]]) -> None:
+    def serve(self, service: Service, answer: Answer) -> None:
         """Serve a service."""
         made = _LoopbackServer(self, service, answer)
         self._hub.add_server(made)

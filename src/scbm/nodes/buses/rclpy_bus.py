@@ -81,7 +81,7 @@ class RclpyBus:
     """A node of ROS 2 with a context of its own. It is for links to drivers, and less than other buses.
 
     - `source` is always 0 and `left` is not supported: rclpy does not distinguish publishers.
-    - Nothing is served, and no topic is latched.
+    - Nothing is served.
     - A subscription also gets messages of its own publishers; a link never subscribes to its own topics.
     - Peers are polled ten times a second.
     """
@@ -164,14 +164,12 @@ class RclpyBus:
         raise ValueError("nothing is served through rclpy")
 
     def _qos(self, topic: Topic) -> Foreign:
-        if topic.is_latched:
-            raise ValueError("no topic is latched through rclpy")
         qos = self._rclpy.qos
-        reliability = qos.ReliabilityPolicy
+        reliability, durability = qos.ReliabilityPolicy, qos.DurabilityPolicy
         return qos.QoSProfile(
             history=qos.HistoryPolicy.KEEP_ALL,
             reliability=reliability.BEST_EFFORT if topic.is_best_effort else reliability.RELIABLE,
-            durability=qos.DurabilityPolicy.VOLATILE,
+            durability=durability.TRANSIENT_LOCAL if topic.is_latched else durability.VOLATILE,
         )
 
     def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
@@ -315,10 +313,23 @@ def _of_another_type(name: str, types: list[str], wanted: str) -> Unmatched | No
 
 def _class(name: str) -> Foreign:
     package, kind, short = name.split("/")
+    action, _, part = short.rpartition("_") if kind == "action" else (short, "", "")
     try:
+        if part in _PARTS_OF_ACTIONS:
+            return getattr(getattr(import_module(f"{package}.{kind}"), action).Impl, _PARTS_OF_ACTIONS[part])
+        if part:
+            return getattr(getattr(import_module(f"{package}.{kind}"), action), part)
         return getattr(import_module(f"{package}.{kind}"), short)
     except (ImportError, AttributeError) as error:
         raise _error(f"this ROS 2 has no type {name}: {error}", f"source the workspace that has `{package}`") from error
+
+
+_PARTS_OF_ACTIONS = {
+    "SendGoal": "SendGoalService",
+    "GetResult": "GetResultService",
+    "FeedbackMessage": "FeedbackMessage",
+}
+"""The classes of what actions consist of, in the class `Impl` of an action."""
 
 
 def _message_class(definition: MessageDefinition) -> Foreign:

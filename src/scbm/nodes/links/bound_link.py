@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, structs
 
 from scbm.model.lazy_exports import load_named
-from scbm.nodes.bindings.ros_binding import RequestBinding, ServiceCall, ServiceChoice, TopicPair, binding_of
+from scbm.nodes.bindings.ros_binding import (
+    ActionCall,
+    ActionChoice,
+    RequestBinding,
+    ServiceCall,
+    ServiceChoice,
+    TopicPair,
+    binding_of,
+)
 from scbm.nodes.buses.bus import Unmatched
 from scbm.nodes.links.link import LinkContext, PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import MeasuredTopics
@@ -72,6 +80,11 @@ class BoundLink:
         if self._requests is not None:
             self._requests.cancel(request)
 
+    def end_run(self, run: str) -> None:
+        """Cancel what a run that is over has left at the driver."""
+        if self._requests is not None:
+            self._requests.end_run(run)
+
     def why_unmatched(self) -> Unmatched | None:
         """Return why a peer is missing, if it is known."""
         requests = None if self._requests is None else self._requests.why_unmatched()
@@ -103,6 +116,8 @@ class BoundLink:
 
 
 LINKS: dict[type[RequestBinding], str] = {
+    ActionCall: "scbm.nodes.links.action_link:ActionLink",
+    ActionChoice: "scbm.nodes.links.action_link:ActionLink",
     ServiceCall: "scbm.nodes.links.service_link:ServiceLink",
     ServiceChoice: "scbm.nodes.links.service_link:ServiceLink",
     TopicPair: "scbm.nodes.links.topic_link:bound_topic_link",

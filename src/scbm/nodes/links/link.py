@@ -118,6 +118,10 @@ class Link(Protocol):
         """Cancel a request; one that still waits here is dropped."""
         ...
 
+    def end_run(self, run: str) -> None:
+        """Cancel what a run that is over has left at the driver; most kinds of drivers have nothing of it."""
+        ...
+
     def why_unmatched(self) -> Unmatched | None:
         """Return why the resource is missing, if it is known."""
         ...

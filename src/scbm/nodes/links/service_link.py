@@ -77,6 +77,9 @@ class ServiceLink:
             if line.forget(request) and (doubt := line.first_doubt()) is not None:
                 self._warn(f"request {request.number} to `{self._resource}` got no response: {doubt}")
 
+    def end_run(self, run: str) -> None:
+        """Do nothing: the run cancels its requests."""
+
     def why_unmatched(self) -> Unmatched | None:
         """Return why a service has no server, if it is known, or that it has several."""
         crowded = [line.why_crowded() for line in self._lines.values()]

@@ -348,6 +348,9 @@ class ControllerNode:
         self._leave_run()
 
     def _leave_run(self) -> None:
+        if self._run is not None:
+            for link in self._links.values():
+                link.end_run(self._run.id)
         self._run = None
         self._tester.release()
 

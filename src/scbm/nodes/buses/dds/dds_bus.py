@@ -23,11 +23,10 @@ from scbm.nodes.buses.dds.unmatched import (
 from scbm.testing.transports import ALL_INTERFACES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
-    from scbm.nodes.buses.bus import Answered, Received, Service, Unmatched
+    from scbm.nodes.buses.bus import Answer, Answered, Received, Service, Unmatched
     from scbm.nodes.buses.dds.unmatched import WantedEndpoint
-    from scbm.nodes.types.cdr import Message
 
 
 class DdsBus:
@@ -114,7 +113,7 @@ class DdsBus:
         ]
         return made
 
-    def serve(self, service: Service, answer: Callable[[Message], Mapping[str, object]]) -> None:
+    def serve(self, service: Service, answer: Answer) -> None:
         """Serve a service. Raises `BusError` for names that ROS 2 cannot have."""
         try:
             made = ServiceServer(self._participant.entity, service, self._hand_over, answer, self._warn)

@@ -14,7 +14,7 @@ from uuid import uuid4
 
 from msgspec import Struct
 
-from scbm.nodes.buses.bus import Answered, BusError
+from scbm.nodes.buses.bus import Answered, BusError, when_answered
 from scbm.nodes.buses.dds import dds_names
 from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
 from scbm.nodes.buses.dds.participant import participant_names
@@ -27,9 +27,8 @@ if TYPE_CHECKING:
 
     from cyclonedds.domain import DomainParticipant
 
-    from scbm.nodes.buses.bus import Service
+    from scbm.nodes.buses.bus import Answer, Service
     from scbm.nodes.buses.dds.endpoint_pairs import Match, Taken
-    from scbm.nodes.types.cdr import Message
 
     HandOver: TypeAlias = Callable[[Callable[[], None]], None]
     Complain: TypeAlias = Callable[[str], None]
@@ -200,7 +199,7 @@ class ServiceServer:
         participant: DomainParticipant,
         service: Service,
         hand_over: HandOver,
-        answer: Callable[[Message], Mapping[str, object]],
+        answer: Answer,
         warn: Complain,
     ) -> None:
         """Made once for each service that is served.
@@ -209,7 +208,7 @@ class ServiceServer:
             participant: whose endpoints these are.
             service: which.
             hand_over: queues work for the event loop, from any thread.
-            answer: gets a request, on the event loop, and returns the fields of the response.
+            answer: gets a request, on the event loop, and returns the fields of the response, or a future of them.
             warn: gets a sentence about what came and cannot be right, and about responses that are lost.
 
         Raises as `ServiceClient` does.
@@ -252,8 +251,11 @@ class ServiceServer:
         except BadPayloadError as error:
             self._warn(f"a request to {self._service.name} cannot be read: {error}")
             return
+        when_answered(self._answer(request), lambda values: self._respond(values, call, writer))
+
+    def _respond(self, values: Mapping[str, object], call: tuple[int, ...], writer: int) -> None:
         try:
-            response = self._response_codec.encode(self._answer(request), struct.pack(f"<{_CALL}", *call))
+            response = self._response_codec.encode(values, struct.pack(f"<{_CALL}", *call))
         except BadValueError as error:
             self._warn(f"a request to {self._service.name} gets no response: {error}")
             return

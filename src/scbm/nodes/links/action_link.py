@@ -1,0 +1,337 @@
+"""A resource that is reached by actions: a goal is a request, and its end the reply.
+
+An action is three services and two topics, over every bus: rcl_action adds nothing of its own.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from itertools import chain
+from typing import TYPE_CHECKING
+from uuid import UUID
+
+from msgspec import Struct, field
+
+from scbm.nodes.bindings.ros_binding import ActionCall, ActionChoice, binding_of, request_values
+from scbm.nodes.buses.bus import BusError, Service, Topic, Unmatched
+from scbm.nodes.links.goals import ACTIVE, CANCEL_TOO_LATE, Goal, GoalStatus, goal_id
+from scbm.nodes.links.link import Measurement, PresenceMonitor, Reply
+from scbm.nodes.links.measured_topics import value_of
+from scbm.nodes.links.service_link import has_value
+from scbm.nodes.types.definitions import CANCEL_GOAL, GOAL_STATUS_ARRAY
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.cases.trace import Changes
+    from scbm.nodes.buses.bus import Answered, Bus, Client, Received, Subscription
+    from scbm.nodes.links.link import Correlation, LinkContext
+
+_MAX_DONE = 100
+"""The number of own goals that are known when they are over."""
+
+CANCELLED_WITHIN_S = 10.0
+"""A goal that runs for so long after its cancellation has ignored it."""
+
+
+class ActionLink:
+    """Sends goals, and passes their results on as replies.
+
+    - A goal waits until its server is there and has no other active goal, unless it is cancelled before; then it is
+      sent, once. A goal of another program that is active counts as a resource that is not there.
+    - After a cancellation the request is over for the model, and the link cancels the goal: at once, or as soon as it
+      is accepted. It keeps watching the goal, and the next goal to this server waits until that is over.
+    - A server that is lost gives no reply, as with services; the deadlines of the model decide.
+    - A request that carries a value without an action has failed.
+    """
+
+    def __init__(self, context: LinkContext) -> None:
+        """Made once for each resource that is bound to actions, on the event loop of the bus."""
+        binding = binding_of(context.resource).requests
+        assert isinstance(binding, ActionCall | ActionChoice)  # noqa: S101 - checked by the caller
+        self._requests = binding
+        self._context = context
+        self._presence = PresenceMonitor(context.resource.name, context.listener, lambda: self.is_there)
+        self._servers = {call.name: _ActionServer(call, self) for call in binding.actions}
+        for server in self._servers.values():
+            server.open(context.bus)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether all parts of all actions have one server, and no goal of another program is active."""
+        return all(server.is_free for server in self._servers.values())
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The services and topics without a server."""
+        return tuple(part.name for server in self._servers.values() for part in server.lonely())
+
+    def send(self, request: Correlation, values: Changes) -> None:
+        """Send the goal of a request, as soon as its server is there and free."""
+        call = self._call(values)
+        if call is None:
+            asyncio.get_running_loop().call_soon(self.reply, request, self._context.now_ns())
+            return
+        goal = Goal(request, call, request_values(call.goal, dict(values)), goal_id(request))
+        self._servers[call.name].send(goal)
+
+    def cancel(self, request: Correlation) -> None:
+        """Cancel a request: its goal is not sent, or is cancelled at its server."""
+        for server in self._servers.values():
+            server.cancel(request)
+
+    def end_run(self, run: str) -> None:
+        """Cancel the goals of a run that is over."""
+        for server in self._servers.values():
+            for request in server.requests():
+                if request.run == run:
+                    server.cancel(request)
+
+    def why_unmatched(self) -> Unmatched | None:
+        """Return why a part has no server, if it is known, that it has several, or whose goal keeps a server busy."""
+        reasons = chain.from_iterable(server.troubles() for server in self._servers.values())
+        lonely = (part for server in self._servers.values() for part in server.lonely())
+        return Unmatched.by_all([*reasons, *map(self._context.bus.why_unmatched, lonely)])
+
+    def _call(self, values: Changes) -> ActionCall | None:
+        if isinstance(self._requests, ActionCall):
+            return self._requests
+        return dict(self._requests.calls).get(dict(values)[self._requests.variable])
+
+    # callbacks of servers
+
+    def reply(self, request: Correlation, stamp_ns: int, measured: Changes = (), *, succeeded: bool = False) -> None:
+        """Pass a reply on."""
+        name = self._context.resource.name
+        self._context.listener.on_reply(name, Reply(request, succeeded, measured, stamp_ns))
+
+    def measure(self, values: Changes, stamp_ns: int) -> None:
+        """Pass on what feedback measures."""
+        self._context.listener.on_values(self._context.resource.name, Measurement(values, stamp_ns))
+
+    def look(self) -> None:
+        """Handle a change of presence."""
+        self._presence.update()
+
+    def warn(self, words: str) -> None:
+        """Warn of what is wrong with the server."""
+        self._context.warn(f"`{self._context.resource.name}`: {words}")
+
+
+class _ActionServer(Struct, eq=False):
+    """One action with the goal that is sent, and those that wait.
+
+    Attributes:
+        action: the action.
+        link: gets replies, feedback and warnings.
+        goal: the goal that was sent last, until it is over.
+        waiting: the others, in the order in which they came.
+        sent: the goal of each call that sends one, by the number of the call.
+        asked: the goal of each call for a result.
+        cancelled: the goal of each call that cancels one.
+        others: the ids of active goals of other programs.
+        done: the last own goals that are over, which a late status may list as active.
+    """
+
+    action: ActionCall
+    link: ActionLink
+    goal: Goal | None = None
+    waiting: list[Goal] = field(default_factory=list)
+    sent: dict[int, Goal] = field(default_factory=dict)
+    asked: dict[int, Goal] = field(default_factory=dict)
+    cancelled: dict[int, Goal] = field(default_factory=dict)
+    others: tuple[UUID, ...] = ()
+    done: deque[bytes] = field(default_factory=lambda: deque(maxlen=_MAX_DONE))
+    _clients: tuple[tuple[Service, Client], ...] = ()
+    _topics: tuple[tuple[Topic, Subscription], ...] = ()
+
+    def open(self, bus: Bus) -> None:
+        """Make the endpoints."""
+        name, kind = f"{self.action.name}/_action", self.action.type
+        services = (
+            (Service(f"{name}/send_goal", kind.send_goal), self._answered),
+            (Service(f"{name}/get_result", kind.get_result), self._resulted),
+            (Service(f"{name}/cancel_goal", CANCEL_GOAL), self._cancel_answered),
+        )
+        self._clients = tuple((which, bus.client(which, receive, self._matched)) for which, receive in services)
+        topics = (
+            (Topic(f"{name}/feedback", kind.feedback_message), self._fed_back),
+            (Topic(f"{name}/status", GOAL_STATUS_ARRAY, is_latched=True), self._has_status),
+        )
+        self._topics = tuple((which, bus.subscribe(which, receive, self._matched)) for which, receive in topics)
+
+    # presence
+
+    @property
+    def _parts(self) -> tuple[tuple[Service | Topic, Client | Subscription], ...]:
+        return (*self._clients, *self._topics)
+
+    @property
+    def _is_whole(self) -> bool:
+        return bool(self._topics) and all(end.peers == 1 for _, end in self._parts)
+
+    @property
+    def is_free(self) -> bool:
+        """Whether goals can be sent, but for own ones that are active in a run."""
+        return self._is_whole and not self.others and (self.goal is None or self.goal.is_wanted)
+
+    def lonely(self) -> Iterator[Service | Topic]:
+        """Yield the parts without a server."""
+        yield from (part for part, end in self._parts if not end.peers)
+
+    def troubles(self) -> Iterator[Unmatched]:
+        """Yield that a part has several servers, and that a goal is active that must be over first."""
+        most = max((end.peers for _, end in self._parts), default=0)
+        if most > 1:
+            names = ", ".join(self._clients[0][1].server_names())
+            why = f"`{self.action.name}` has {most} servers, and each would carry out every goal"
+            yield Unmatched(f"{why}: {names}" if names else why, is_mismatch=False, is_crowded=True)
+        for other in self.others:
+            yield Unmatched(f"`{self.action.name}` is busy with goal {other} of another program", is_mismatch=False)
+        if self.goal is not None and not self.goal.is_wanted:
+            why = f"`{self.action.name}` is busy with {self.goal.words}, which was cancelled and is not over"
+            yield Unmatched(why, is_mismatch=False)
+
+    def _matched(self, _: int) -> None:
+        if self.goal is not None and any(not end.peers for _, end in self._clients):
+            self.link.warn(f"the server of `{self.action.name}` is lost with {self.goal.words}")
+            self._finish()
+        if any(not end.peers for _, end in self._topics):
+            self.others = ()
+        self._advance()
+        self.link.look()
+
+    # requests of the link
+
+    def requests(self) -> list[Correlation]:
+        """Return the requests whose goals are sent or wait."""
+        return [goal.request for goal in (self.goal, *self.waiting) if goal is not None]
+
+    def send(self, goal: Goal) -> None:
+        """Send a goal once the server is there and free."""
+        self.waiting.append(goal)
+        self._advance()
+
+    def cancel(self, request: Correlation) -> None:
+        """Drop a waiting goal, or cancel the one that is sent."""
+        self.waiting = [goal for goal in self.waiting if goal.request != request]
+        goal = self.goal
+        if goal is None or goal.request != request or not goal.is_wanted:
+            return
+        goal.is_wanted = False
+        goal.timer = asyncio.get_running_loop().call_later(CANCELLED_WITHIN_S, self._ignored, goal)
+        if goal.is_accepted:
+            self._send_cancel(goal)
+        self.link.look()
+
+    def _advance(self) -> None:
+        while self.goal is None and self.waiting and self.is_free:
+            goal = self.goal = self.waiting.pop(0)
+            self._call(0, {"goal_id": _uuid(goal), "goal": goal.values}, self.sent, goal)
+
+    def _send_cancel(self, goal: Goal) -> None:
+        self._call(2, {"goal_info": {"goal_id": _uuid(goal)}}, self.cancelled, goal)
+
+    def _call(self, part: int, values: dict[str, object], calls: dict[int, Goal], goal: Goal) -> None:
+        try:
+            calls[self._clients[part][1].call(values)] = goal
+        except BusError as error:
+            self.link.warn(f"{goal.words} is lost: {error.message}")
+            self._finish()
+
+    def _finish(self) -> None:
+        """Forget the goal, which is over or lost."""
+        if self.goal is not None:
+            if self.goal.timer is not None:
+                self.goal.timer.cancel()
+            self.done.append(self.goal.id.bytes)
+        self.goal = None
+
+    # callbacks of the bus
+
+    def _answered(self, answered: Answered) -> None:
+        """Handle the response to a goal."""
+        goal = self.sent.pop(answered.call, None)
+        if goal is None or goal is not self.goal:
+            return
+        if answered.message.accepted:
+            goal.is_accepted = True
+            self._call(1, {"goal_id": _uuid(goal)}, self.asked, goal)
+            if not goal.is_wanted:
+                self._send_cancel(goal)
+            return
+        self._end(goal, answered.stamp_ns)
+
+    def _resulted(self, answered: Answered) -> None:
+        """Handle the response that comes when a goal is over."""
+        goal, message = self.asked.pop(answered.call, None), answered.message
+        if goal is None or goal is not self.goal:
+            return
+        succeeded = message.status == GoalStatus.SUCCEEDED and all(
+            has_value(message.result, path, wanted) for path, wanted in goal.call.succeeded
+        )
+        readings = goal.call.measured if succeeded else ()
+        measured = tuple((reading.variable, value_of(reading, message.result)) for reading in readings)
+        self._end(goal, answered.stamp_ns, measured, succeeded=succeeded)
+
+    def _end(self, goal: Goal, stamp_ns: int, measured: Changes = (), *, succeeded: bool = False) -> None:
+        self._finish()
+        if goal.is_wanted:
+            self.link.reply(goal.request, stamp_ns, measured, succeeded=succeeded)
+        self._advance()
+        self.link.look()
+
+    def _cancel_answered(self, answered: Answered) -> None:
+        """Handle the response to a cancellation; rclpy refuses one by a list without the goal, with the code 0."""
+        goal, message = self.cancelled.pop(answered.call, None), answered.message
+        if goal is None or goal is not self.goal or message.return_code == CANCEL_TOO_LATE:
+            return
+        if goal.id not in (_id_of(each.goal_id) for each in message.goals_canceling):
+            self.link.warn(f"the cancellation of {goal.words} is refused; the next goal waits until it is over")
+
+    def _ignored(self, goal: Goal) -> None:
+        if goal is self.goal:
+            within = f"within {CANCELLED_WITHIN_S:g} s"
+            self.link.warn(f"the cancellation of {goal.words} is ignored: it is not over {within}")
+
+    def _fed_back(self, received: Received) -> None:
+        goal, message = self.goal, received.message
+        which = _id_of(message.goal_id)
+        if goal is None or which != goal.id:
+            if which not in self.others and which.bytes not in self.done:
+                self.link.warn(f"feedback for goal {which}, which is not active, is dropped")
+        elif not goal.is_accepted:
+            self.link.warn(f"feedback for {goal.words} came before the goal was accepted, and is dropped")
+        elif goal.is_wanted and goal.call.feedback:
+            readings = goal.call.feedback
+            values = tuple((reading.variable, value_of(reading, message.feedback)) for reading in readings)
+            self.link.measure(values, received.stamp_ns)
+
+    def _has_status(self, received: Received) -> None:
+        """Handle the statuses of all goals; nothing is made of those that are over, of which there may be many."""
+        own = None if self.goal is None else self.goal.id.bytes
+        others = []
+        for entry in received.message.status_list:
+            if entry.status in ACTIVE:
+                which = bytes(entry.goal_info.goal_id.uuid)
+                if which != own and which not in self.done:
+                    others.append(which)
+            elif own is not None and bytes(entry.goal_info.goal_id.uuid) == own:
+                self._is_over()
+        self.others = tuple(UUID(bytes=which) for which in others)
+        self._advance()
+        self.link.look()
+
+    def _is_over(self) -> None:
+        """Handle the end of the goal by its status; the result of a goal that the model waits for is still to come."""
+        if self.goal is not None and not self.goal.is_wanted:
+            self._finish()
+
+
+def _uuid(goal: Goal) -> dict[str, object]:
+    return {"uuid": goal.id.bytes}
+
+
+def _id_of(message: object) -> UUID:
+    return UUID(bytes=bytes(message.uuid))  # type: ignore[attr-defined]  # of any bus

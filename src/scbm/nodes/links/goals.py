@@ -1,0 +1,68 @@
+"""Goals of actions: how their ids follow from requests, and their statuses on the wire."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+from uuid import NAMESPACE_OID, UUID, uuid5
+
+from msgspec import Struct
+
+if TYPE_CHECKING:
+    from asyncio import TimerHandle
+
+    from scbm.nodes.bindings.ros_binding import ActionCall
+    from scbm.nodes.links.link import Correlation
+
+
+class GoalStatus(IntEnum):
+    """The status of a goal (action_msgs/msg/GoalStatus)."""
+
+    UNKNOWN = 0
+    ACCEPTED = 1
+    EXECUTING = 2
+    CANCELING = 3
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+
+ACTIVE = (GoalStatus.ACCEPTED, GoalStatus.EXECUTING, GoalStatus.CANCELING)
+"""The statuses of a goal that is not over."""
+
+CANCEL_TOO_LATE = 3
+"""The return code of a cancellation of a goal that is over."""
+
+
+def goal_id(request: Correlation) -> UUID:
+    """Return the id of the goal of a request; logs and traces have run and number, so they name the goal."""
+    return uuid5(NAMESPACE_OID, f"{request.run}-{request.number}")
+
+
+class Goal(Struct, eq=False):
+    """A goal that is sent, or waits to be.
+
+    Attributes:
+        request: which request it carries out.
+        call: the action, and how its result is read.
+        values: the fields of the goal.
+        id: its id on the wire.
+        is_sent: whether the server may know it.
+        is_accepted: whether the server has accepted it.
+        is_wanted: whether the model still waits for the reply.
+        timer: warns of a cancellation that is ignored; set once the model has cancelled the request.
+    """
+
+    request: Correlation
+    call: ActionCall
+    values: dict[str, object]
+    id: UUID
+    is_sent: bool = False
+    is_accepted: bool = False
+    is_wanted: bool = True
+    timer: TimerHandle | None = None
+
+    @property
+    def words(self) -> str:
+        """The goal, in words."""
+        return f"goal {self.id} of request {self.request.number}"

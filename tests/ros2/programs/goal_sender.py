@@ -1,0 +1,48 @@
+"""A link of scbm to an action, through rclpy: it takes commands from its standard input, and prints what it hears.
+
+`send NUMBER ORDER`, `cancel NUMBER`, `end`.
+"""
+
+import asyncio
+import os
+import sys
+from time import monotonic_ns
+
+from scbm.nodes.buses.rclpy_bus import open_ros2
+from scbm.nodes.links.action_link import ActionLink
+from scbm.nodes.links.link import Correlation, LinkContext, Measurement, Reply
+from support.fibonacci import GANTRY
+
+
+def say(*words: object) -> None:
+    print(*words, flush=True)
+
+
+class Listener:
+    """Prints what comes through the link."""
+
+    def on_reply(self, _: str, reply: Reply) -> None:
+        say("reply", reply.request.number, reply.succeeded, *(value for _, value in reply.measured))
+
+    def on_values(self, _: str, measurement: Measurement) -> None:
+        say("feedback", *(value for _, value in measurement.values))
+
+    def on_presence(self, _: str, *, is_there: bool) -> None:
+        say("there" if is_there else "gone")
+
+
+async def main() -> None:
+    bus = open_ros2("scbm_goal_sender", int(os.environ["ROS_DOMAIN_ID"]), lambda what: say("warning", what))
+    link = ActionLink(LinkContext(bus, GANTRY, Listener(), lambda what: say("warning", what), monotonic_ns))
+    say("up", bus.words)
+    while (line := (await asyncio.to_thread(sys.stdin.readline)).split()) and line[0] != "end":
+        request = Correlation("run", int(line[1]))
+        if line[0] == "send":
+            link.send(request, (("shelf", int(line[2])),))
+        else:
+            link.cancel(request)
+    link.end_run("run")
+    await bus.close()
+
+
+asyncio.run(main())

@@ -1,0 +1,295 @@
+"""Requests as goals of actions, over the loopback: sent once and in turn, and cancelled though nobody waits."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, field
+from time import monotonic_ns
+from typing import Any, TypeAlias
+from uuid import UUID
+
+import pytest
+
+from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
+from scbm.nodes.links import action_link
+from scbm.nodes.links.action_link import ActionLink
+from scbm.nodes.links.goals import GoalStatus, goal_id
+from scbm.nodes.links.link import Correlation, LinkContext
+from support.action_servers import ActionServer
+from support.fibonacci import FIBONACCI, GANTRY
+from support.hearing import Heard
+from support.loops import run
+from support.wording import Wording
+
+
+@dataclass
+class Scene:
+    """A link and its server."""
+
+    hub: LoopbackHub = field(default_factory=LoopbackHub)
+    heard: Heard = field(default_factory=Heard)
+    complaints: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.bus: LoopbackBus = self.hub.join("driver")
+        self.server = ActionServer(self.bus, "/fibonacci", FIBONACCI)
+        context = LinkContext(self.hub.join("controller"), GANTRY, self.heard, self.complaints.append, monotonic_ns)
+        self.link = ActionLink(context)
+
+    async def send(self, number: int) -> UUID:
+        """Send a request, and wait until its goal has come to the server, if it can."""
+        request = Correlation("run", number)
+        self.link.send(request, (("shelf", number),))
+        await settled()
+        return goal_id(request)
+
+    async def cancel(self, number: int) -> None:
+        self.link.cancel(Correlation("run", number))
+        await settled()
+
+    async def end(self, which: UUID, status: GoalStatus, *sequence: int) -> None:
+        self.server.end(which, status, sequence=list(sequence))
+        await settled()
+
+
+Story: TypeAlias = Callable[[Scene], Coroutine[Any, Any, None]]
+
+
+async def settled() -> None:
+    """Wait until all messages in the loopback have come; none needs so many turns of the loop."""
+    for _ in range(20):
+        await asyncio.sleep(0)
+
+
+def play(story: Story) -> Scene:
+    async def scenario() -> Scene:
+        scene = Scene()
+        await settled()
+        await story(scene)
+        await settled()
+        return scene
+
+    return run(scenario())
+
+
+@pytest.mark.parametrize(
+    ("status", "sequence", "expected"),
+    [
+        (GoalStatus.SUCCEEDED, (0, 5), (True, (("zone", "far"),))),
+        (GoalStatus.SUCCEEDED, (1, 5), (False, ())),
+        (GoalStatus.SUCCEEDED, (), (False, ())),
+        (GoalStatus.ABORTED, (0, 5), (False, ())),
+        (GoalStatus.CANCELED, (0, 5), (False, ())),
+        (GoalStatus.UNKNOWN, (0, 5), (False, ())),
+    ],
+)
+def test_the_end_of_a_goal_is_the_reply(status: GoalStatus, sequence: tuple[int, ...], expected: object) -> None:
+    async def story(scene: Scene) -> None:
+        which = await scene.send(1)
+        assert scene.server.goals[which].order == 1
+        assert scene.heard.replies == []
+        await scene.end(which, status, *sequence)
+
+    scene = play(story)
+    ((name, reply),) = scene.heard.replies
+    assert (name, reply.request) == ("gantry", Correlation("run", 1))
+    assert (reply.succeeded, reply.measured) == expected
+    assert scene.complaints == []
+
+
+def test_a_rejected_goal_has_failed() -> None:
+    async def story(scene: Scene) -> None:
+        scene.server.accepts = False
+        await scene.send(1)
+        await scene.send(2)
+
+    scene = play(story)
+    assert scene.heard.numbers() == [(1, False), (2, False)]
+    assert len(scene.server.goals) == 2
+
+
+def test_feedback_measures(wording: Wording) -> None:
+    async def story(scene: Scene) -> None:
+        scene.server.accepts = None
+        which = await scene.send(1)
+        scene.server.feed_back(which, sequence=[9])
+        await settled()
+        scene.server.accept(which)
+        await settled()
+        scene.server.feed_back(which, sequence=[1])
+        scene.server.feed_back(UUID(int=0), sequence=[9])
+        scene.server.feed_back(which, sequence=[7])
+
+    scene = play(story)
+    assert [measured.values for _, measured in scene.heard.values] == [(("zone", "near"),), (("zone", "far"),)]
+    wording("".join(f"{each}\n" for each in scene.complaints))
+
+
+def test_the_next_goal_waits_until_the_one_before_is_over() -> None:
+    async def story(scene: Scene) -> None:
+        first = await scene.send(1)
+        second = await scene.send(2)
+        assert list(scene.server.goals) == [first]
+        await scene.end(first, GoalStatus.SUCCEEDED, 0, 0)
+        assert list(scene.server.goals) == [first, second]
+
+    play(story)
+
+
+def test_a_goal_that_waits_and_is_cancelled_is_never_sent() -> None:
+    async def story(scene: Scene) -> None:
+        first = await scene.send(1)
+        await scene.send(2)
+        await scene.cancel(2)
+        await scene.end(first, GoalStatus.SUCCEEDED, 0, 0)
+        assert list(scene.server.goals) == [first]
+        assert scene.server.cancels == []
+
+    play(story)
+
+
+@pytest.mark.parametrize("is_accepted", [True, False])
+def test_a_cancellation_reaches_the_server_also_if_the_goal_is_accepted_later(is_accepted: bool) -> None:  # noqa: FBT001 - a case
+    async def story(scene: Scene) -> None:
+        scene.server.accepts = True if is_accepted else None
+        which = await scene.send(1)
+        await scene.cancel(1)
+        if not is_accepted:
+            assert scene.server.cancels == []
+            scene.server.accept(which)
+            await settled()
+        assert scene.server.cancels == [which]
+        scene.server.accepts = True
+        following = await scene.send(2)
+        assert (list(scene.server.goals), scene.link.is_there) == ([which], False)
+        await scene.end(which, GoalStatus.CANCELED)
+        assert (list(scene.server.goals), scene.link.is_there) == ([which, following], True)
+        await scene.end(following, GoalStatus.SUCCEEDED, 0, 0)
+
+    scene = play(story)
+    assert scene.heard.numbers() == [(2, True)]
+
+
+def test_a_goal_that_is_rejected_after_its_cancellation_is_over() -> None:
+    async def story(scene: Scene) -> None:
+        scene.server.accepts = None
+        which = await scene.send(1)
+        await scene.cancel(1)
+        scene.server.accept(which, accepted=False)
+        await settled()
+        assert scene.server.cancels == []
+        assert scene.link.is_there
+
+    assert play(story).heard.replies == []
+
+
+def test_a_cancelled_goal_is_over_by_its_status_though_its_result_never_comes() -> None:
+    async def story(scene: Scene) -> None:
+        which = await scene.send(1)
+        await scene.cancel(1)
+        scene.server.has(which, GoalStatus.CANCELED)
+        await settled()
+        await scene.send(2)
+        assert len(scene.server.goals) == 2
+
+    play(story)
+
+
+def test_a_refused_cancellation_is_reported_and_the_goal_watched(wording: Wording) -> None:
+    async def story(scene: Scene) -> None:
+        scene.server.refuses_cancel = True
+        which = await scene.send(1)
+        await scene.cancel(1)
+        assert not scene.link.is_there
+        why = scene.link.why_unmatched()
+        assert why is not None
+        scene.complaints.append(why.why)
+        await scene.end(which, GoalStatus.SUCCEEDED, 0, 0)
+        assert scene.link.is_there
+
+    scene = play(story)
+    assert scene.heard.replies == []
+    wording("".join(f"{each}\n" for each in scene.complaints))
+
+
+def test_an_ignored_cancellation_is_reported(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
+    monkeypatch.setattr(action_link, "CANCELLED_WITHIN_S", 0.0)
+
+    async def story(scene: Scene) -> None:
+        await scene.send(1)
+        await scene.cancel(1)
+
+    wording("".join(f"{each}\n" for each in play(story).complaints))
+
+
+def test_the_goal_of_another_program_makes_a_server_busy(wording: Wording) -> None:
+    async def story(scene: Scene) -> None:
+        other = UUID(int=7)
+        scene.server.has(other, GoalStatus.EXECUTING)
+        await settled()
+        why = scene.link.why_unmatched()
+        assert why is not None
+        scene.complaints.append(why.why)
+        await scene.send(1)
+        assert scene.server.goals == {}
+        scene.server.has(other, GoalStatus.SUCCEEDED)
+        await settled()
+        assert len(scene.server.goals) == 1
+        assert scene.server.cancels == []
+
+    wording("".join(f"{each}\n" for each in play(story).complaints))
+
+
+def test_a_late_status_of_a_goal_that_is_over_keeps_nobody_waiting() -> None:
+    async def story(scene: Scene) -> None:
+        which = await scene.send(1)
+        await scene.end(which, GoalStatus.SUCCEEDED, 0, 0)
+        scene.server.has(which, GoalStatus.EXECUTING)
+        await settled()
+        assert scene.link.is_there
+
+    play(story)
+
+
+def test_the_end_of_a_run_cancels_its_goal() -> None:
+    async def story(scene: Scene) -> None:
+        which = await scene.send(1)
+        await scene.send(2)
+        scene.link.end_run("another")
+        scene.link.end_run("run")
+        await settled()
+        await scene.end(which, GoalStatus.CANCELED)
+        assert scene.server.cancels == list(scene.server.goals) == [which]
+
+    play(story)
+
+
+def test_a_lost_server_gives_no_reply_and_another_one_gets_the_next_goal(wording: Wording) -> None:
+    async def story(scene: Scene) -> None:
+        await scene.send(1)
+        await scene.bus.close()
+        await settled()
+        assert not scene.link.is_there
+        server = ActionServer(scene.hub.join("driver"), "/fibonacci", FIBONACCI)
+        await settled()
+        following = await scene.send(2)
+        assert list(server.goals) == [following]
+
+    scene = play(story)
+    assert scene.heard.replies == []
+    wording("".join(f"{each}\n" for each in scene.complaints))
+
+
+def test_several_servers_are_reported(wording: Wording) -> None:
+    async def story(scene: Scene) -> None:
+        ActionServer(scene.hub.join("driver"), "/fibonacci", FIBONACCI)
+        await settled()
+        why = scene.link.why_unmatched()
+        assert why is not None
+        assert why.is_crowded
+        scene.complaints.append(why.why)
+        await scene.send(1)
+        assert scene.server.goals == {}
+
+    wording("".join(f"{each}\n" for each in play(story).complaints))
