@@ -13,7 +13,7 @@ from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.symbolic import decision_diagrams
-from scbm.closing.symbolic.reached_sets import SetLimits
+from scbm.closing.symbolic.reached_sets import NoSetError, SetLimits
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.files import digest_of
 from scbm.model import BehaviorModel, PlanSet
@@ -42,7 +42,10 @@ def model_of(number: int) -> BehaviorModel:
 
 @cache
 def sets_of(number: int) -> SetProofs | None:
-    return SetProofs.of(model_of(number), _EVERYTHING, lambda _: None, _LIMITS)
+    try:
+        return SetProofs.of(model_of(number), _EVERYTHING, lambda _: None, _LIMITS)
+    except NoSetError:
+        return None
 
 
 @cache
@@ -119,7 +122,6 @@ def test_sets_are_equal_with_every_engine(number: int, monkeypatch: pytest.Monke
     monkeypatch.setattr(decision_diagrams, "ENGINES", {"python": decision_diagrams.ENGINES["python"]})
     again = SetProofs.of(model_of(number), _EVERYTHING, lambda _: None, _LIMITS)
     assert found is not None
-    assert again is not None
     assert again.argument == found.argument
 
 

@@ -18,12 +18,13 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from scbm.cases import Case, Expectations
-from scbm.cases.coverage import Coverage, Obligation, Obligations, visited_by
+from scbm.cases.coverage import Coverage, Obligation, Obligations, ProofEngine, visited_by
 from scbm.cases.trace import End, ends_of, ranges_of_goals
 from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.other_plans import suggest_other_plans
 from scbm.closing.advice.suggestions import Oracles, TriedVisits, in_order_of, suggest
 from scbm.closing.case_searches import CASE_SEARCHES, ClosingTask, helpful, takes_classes
+from scbm.closing.counted_activity import CountedActivity
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
 from scbm.closing.interruption import Interruption
 from scbm.closing.proofs.proofs import Proofs, explored_for_proofs
@@ -40,6 +41,7 @@ from scbm.closing.scripts.case_search import (
 )
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
+from scbm.closing.symbolic.reached_sets import NoSetError
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug
 from scbm.planning import DEFAULT_PLANNER, model_with_plans
@@ -110,7 +112,10 @@ class Closer:
         self._executor = executor
         self._interruption = interruption or Interruption()
         self._ended: list[StageEnd] = []
-        self._progress = self._interruption.checked(progress or (lambda _: None))
+        self._show = progress or (lambda _: None)
+        self._progress = self._interruption.checked(self._show_activity)
+        self._asked = self._left = 0
+        self._without_set: list[StageEnd] = []
         self._plans = CasePlans(model)
         # Cases are searched for under canonical plans, which do not depend on what is changed in a case.
         self._tester = Tester(model_with_plans(RunPlans.CANONICAL, model), plans=self._plans)
@@ -146,13 +151,15 @@ class Closer:
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
         self._ended, self._open_runs = [], []
-        self._has_collected = False
+        self._has_collected, self._without_set = False, []
+        self._asked, self._left = len(asked), len(asked)
         self._one_case_each, self._is_partial = one_case_each, wanted is not None
         proofs = Proofs(self.model)
         runs, cases = self._run_cases(suite, proofs, asked, short=one_case_each or wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
         visitors = _CaseVisits(suite, cases)
         missing = sum(self._obligations.bit(o) for o in asked if proofs.cheap(o) is None) & ~visitors.freely
+        self._left = missing.bit_count()
         explored = self._explored_proofs(runs, missing, proofs)
         proofs.explored = explored
         decided = tuple(self._decide(obligation, visitors, cases, proofs, runs) for obligation in asked)
@@ -162,10 +169,12 @@ class Closer:
         certificates = tuple(proofs.certificates(proved))
         runs = explored[-1] if explored else runs
         suggestions: tuple[Suggestion, ...] = ()
+        self._left = sum(each.decision is Decision.UNDECIDED for each in decided)
         with self._stage(Stage.SUGGESTIONS):
             proved = [] if self.is_interrupted else proved
             suggestions = self._suggestions([obligation for obligation, _ in proved], excluded, runs)
-        ended = tuple(self._ended)
+        is_open = any(each.decision is Decision.UNDECIDED for each in decided)
+        ended = (*self._ended, *(self._without_set if is_open else ()))
         return Closing(self.model, suite.coverage, after, decided, cases, certificates, suggestions, ended)
 
     def find_cases(self, wanted: Sequence[Obligation]) -> tuple[Execution, ...]:
@@ -188,6 +197,7 @@ class Closer:
             with self._stage(Stage.GRAPH):
                 sets = self._sets_for(proofs, search.missing)
                 search.rule_out(0 if sets is None else sets.never)
+                self._left = search.missing.bit_count()
         return self._cases(suite, search, runs, asked, short=short)
 
     # stages
@@ -206,6 +216,11 @@ class Closer:
         except KeyboardInterrupt:
             self._interrupt(stage)
 
+    def _show_activity(self, text: str) -> None:
+        """Show an activity behind the number of obligations that are still to decide."""
+        prefix = f"{self._left:,} of {self._asked:,} open; "
+        self._show(text.behind(prefix) if isinstance(text, CountedActivity) else f"{prefix}{text}")
+
     def _interrupt(self, stage: Stage) -> None:
         """Note the stage that the user interrupted; later ones do not begin."""
         if not self.is_interrupted:
@@ -219,6 +234,7 @@ class Closer:
         with self._stage(Stage.RANDOM):
             if search.missing:
                 search.look(self._limits.random)
+        self._left = search.missing.bit_count()
         return search
 
     def _sample(self, search: SampledCases, runs: AllRuns) -> None:
@@ -249,7 +265,10 @@ class Closer:
         """Return the proofs by a set of all situations; they are looked for once."""
         if missing and not self._has_collected:
             self._has_collected = True
-            proofs.sets = SetProofs.of(self.model, missing, self._progress)
+            try:
+                proofs.sets = SetProofs.of(self.model, missing, self._progress)
+            except NoSetError as error:
+                self._without_set.append(StageEnd(Stage.SETS, str(error)))
         return proofs.sets
 
     def _refuse_without_goals(self) -> None:
@@ -268,6 +287,7 @@ class Closer:
         is_sampled = runs.stopped is not None and not runs.is_interrupted and bool(missing & ~never)
         if is_sampled:
             self._sample(search, runs)
+            self._left = search.missing.bit_count()
             if search.missing and runs.may_grow and not self.is_interrupted:
                 runs = self._explored(self._limits)
         if runs.is_interrupted and not self.is_interrupted:
@@ -421,7 +441,7 @@ class Closer:
         proof, by_force = proofs.find(obligation), visitors.any(bit)
         if proof is not None:
             decision = Decision.UNCOVERABLE if proof.plans is PlanSet.ANY else Decision.EXCLUDED
-            return Decided(obligation, decision, proof.reason, by_force, certificate=proof.certificate)
+            return Decided(obligation, decision, proof.reason, by_force, proof.certificate, ProofEngine(proof.kind))
         return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, self._open_runs, bit), by_force)
 
     def _how(self, obligation: Obligation, name: str, cases: Sequence[ClosingCase]) -> str:

@@ -35,6 +35,7 @@ def closing_json(result: ClosingResult) -> dict[str, Any]:
         "after": _figure(closing.after.figure),
         "coverable": _figure(closing.coverable),
         "forced": closing.forced,
+        "engines": {engine.value: count for engine, count in closing.engines.items()},
         "decisions": {decision.value: count for decision, count in closing.counts.items()},
         "obligations": [decided_json(decided, output) for decided in counted],
         "queued": [decided_json(decided, output) for decided in queued],
@@ -57,13 +58,15 @@ def closing_json(result: ClosingResult) -> dict[str, Any]:
 
 
 def decided_json(decided: Decided, output: ClosingFiles | None = None) -> dict[str, Any]:
-    """Return one decision; it has the key `case` if a case visits it, and `certificate` if one proves it."""
+    """Return one decision; it has the key `case` if a case visits it, `certificate` and `engine` if it is proved."""
     data: dict[str, Any] = {"name": str(decided.obligation), "decision": decided.decision.value}
     data["is_forced"] = decided.is_forced
     if decided.case is not None:
         data["case"] = decided.case
     if decided.certificate is not None:
         data["certificate"] = decided.certificate if output is None else str(output.certificates[decided.certificate])
+    if decided.engine is not None:
+        data["engine"] = decided.engine.value
     return data | {"reason": decided.reason}
 
 

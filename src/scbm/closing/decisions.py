@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from scbm.cases.coverage import Decision, count_statuses, coverable_figure
+from scbm.cases.coverage import Decision, count_engines, count_statuses, coverable_figure
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.cases.trace import End, InjectionApplied, PutBack, run_end
 from scbm.model import format_moment
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.cases import Case
-    from scbm.cases.coverage import Coverage, Figure, Obligation
+    from scbm.cases.coverage import Coverage, Figure, Obligation, ProofEngine
     from scbm.model import BehaviorModel, Predicate, Waiver
     from scbm.proofcheck import Certificate
     from scbm.testing import Campaign, Execution
@@ -56,6 +56,7 @@ class Decided(Struct, frozen=True):
         certificate: the name of the certificate, if it is uncoverable or excluded by the planner; a key of
             `Closing.certificates`.
         reason: one sentence: how the case covers it, why nothing does, why it is waived, or what ended the search.
+        engine: the engine that found the proof, if there is one.
     """
 
     obligation: Obligation
@@ -63,6 +64,7 @@ class Decided(Struct, frozen=True):
     reason: str
     case: str | None = None
     certificate: str | None = None
+    engine: ProofEngine | None = None
 
     @property
     def is_forced(self) -> bool:
@@ -182,6 +184,7 @@ class Stage(StrEnum):
     RANDOM = "random cases"
     SEARCH = "guided search"
     GRAPH = "graph of all runs"
+    SETS = "set of all situations"
     SUGGESTIONS = "suggestions"
 
 
@@ -247,6 +250,11 @@ class Closing(Struct, frozen=True):
     def counts(self) -> dict[Decision, int]:
         """The number of obligations of each status, without *queued*."""
         return count_statuses(found.decision for found in self.decided if found.obligation.counts)
+
+    @property
+    def engines(self) -> dict[ProofEngine, int]:
+        """The number of obligations of each engine that proved something about some, without *queued*."""
+        return count_engines(found.engine for found in self.decided if found.obligation.counts)
 
     @property
     def coverable(self) -> Figure:

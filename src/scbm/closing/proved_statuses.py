@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
+from scbm.cases.coverage import Decision, ProofEngine, Statuses, StatusProof, WaiverReview
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.closing.certificate_files import proved_status
 from scbm.model import GoalOrder
@@ -92,9 +92,9 @@ def _few(names: tuple[str, ...]) -> str:
 def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:
     """Yield what a sound certificate proves: the names of obligations, each with its proof."""
     file = checked.file
-    status = proved_status(file.certificate)
+    status, kind = proved_status(file.certificate), file.certificate.argument.kind
     for claim in checked.obligations:
-        yield claim, StatusProof(status, file.reasons[claim], str(file.path))
+        yield claim, StatusProof(status, file.reasons[claim], str(file.path), ProofEngine(kind))
 
 
 def with_waivers(closing: Closing, waivers: WaiverReview) -> Closing:

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, Assertion, forced_count_in_words, status_counts_in_words
+from scbm.cases.coverage import (
+    Aspect,
+    Assertion,
+    engine_counts_in_words,
+    forced_count_in_words,
+    status_counts_in_words,
+)
 from scbm.model.visible_text import counted
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, headline, wrapped
 
@@ -85,6 +91,8 @@ def status_lines(statuses: Statuses, columns: int = DEFAULT_COLUMNS) -> Iterator
     yield line.append(f", {figure.visited} of {figure.of}")
     words = status_counts_in_words(statuses.counts)
     yield from map(Text, wrapped(words, columns, "  Statuses: ", 12))
+    if statuses.engines:
+        yield from map(Text, wrapped(engine_counts_in_words(statuses.engines), columns, "  Proofs: ", 12))
     if statuses.assumptions:
         yield from (
             Text(part, style="dim") for part in wrapped(" ".join(statuses.assumptions), columns, "  Assumed: ", 12)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import asdict
 
 from scbm import __version__
-from scbm.cases.coverage import Decision, StatusProof
+from scbm.cases.coverage import Decision, ProofEngine, StatusProof
 from scbm.model import Waiver
 from scbm.model.json_reader import convert_json, read_json
 from scbm.running.simulation.device_hazards import Hazard
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from scbm.testing.decided_requirements import KnownDecision
 
 _KEY_BYTES = 16
+
+_ENGINE = re.compile(rf'^"argument": "({"|".join(ProofEngine)})"', re.MULTILINE)
+"""The line of a certificate that names the kind of its argument."""
 
 _MAX_JSON_CHARACTERS = 64 * 1024 * 1024
 """The maximum length of a JSON text in a column; a store that holds a longer one is damaged."""
@@ -84,9 +88,10 @@ class StoredDecision(Struct, frozen=True):
 def read_certificate_row(row: tuple[str, bytes, str, str], *, is_earlier: bool) -> StoredCertificate:
     """Return the certificate of a row: name, packed text, version of the checker, claims. Raises `ValueError`."""
     name, packed, checked_by, claims = row
-    unpacked_log(packed)  # refuses damage
+    found = _ENGINE.search(unpacked_log(packed))  # refuses damage
+    engine = None if found is None else ProofEngine(found[1])
     listed = convert_json(read_json(claims, _MAX_JSON_CHARACTERS), list[tuple[str, Decision, str]])
-    proofs = {obligation: StatusProof(status, reason, name) for obligation, status, reason in listed}
+    proofs = {obligation: StatusProof(status, reason, name, engine) for obligation, status, reason in listed}
     return StoredCertificate(name, packed, checked_by, proofs, is_earlier)
 
 

@@ -157,6 +157,7 @@ def test_waivers_of_the_model_count_in_both_commands(lamp: Path, scbm: Scbm, wor
             "reason": waived_for,
             "is_forced": False,
             "certificate": None,
+            "engine": None,
         }
     ]
 

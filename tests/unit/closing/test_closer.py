@@ -221,7 +221,7 @@ def test_an_input_with_many_values_takes_those_that_guards_distinguish(monkeypat
     monkeypatch.setattr(decision_diagrams, "ENGINES", {})
     closing = Closer(model, CloseLimits(situations=20_000)).close()
     assert decision(closing, "automatic/hot") is Decision.COVERED
-    assert [(end.stage, end.option) for end in closing.ended] == [(Stage.GRAPH, "--max-states")]
+    assert [(end.stage, end.option) for end in closing.ended] == [(Stage.GRAPH, "--max-states"), (Stage.SETS, None)]
 
 
 def test_a_change_that_would_reach_the_goal_disables_nothing() -> None:
@@ -415,4 +415,4 @@ def test_a_limit_of_the_runs_in_which_inputs_change_is_named_and_nothing_is_prov
     assert closed.situations < opened.situations
     closing = Closer(model, CloseLimits(situations=closed.situations)).close()
     assert decision(closing, "automatic/never_taken") is Decision.UNDECIDED
-    assert [(end.stage, end.option) for end in closing.ended] == [(Stage.GRAPH, "--max-states")]
+    assert [(end.stage, end.option) for end in closing.ended] == [(Stage.GRAPH, "--max-states"), (Stage.SETS, None)]

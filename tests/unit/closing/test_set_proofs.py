@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
-from scbm.cases.coverage import Obligations
+from scbm.cases.coverage import Obligations, ProofEngine
 from scbm.closing import CloseLimits, Closer, Decision
+from scbm.closing.decisions import Stage
 from scbm.closing.symbolic import decision_diagrams
-from scbm.closing.symbolic.reached_sets import SetLimits
+from scbm.closing.symbolic.reached_sets import DEFAULT_LIMITS, NoSetError, SetLimits
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.files import read_model
 from scbm.proofcheck import check_certificate
@@ -30,11 +33,19 @@ goals:
   end: at == 40
 """
 
+WALK = """
+behavior_model: walk
+variables: {at: {domain: 0..9, initial: 0}}
+resources: {motor: {}}
+operations:
+  step: {request: motor, deadline: 5 s, guard: at < 9, effects: [at += 1]}
+goals: {end: at == 9}
+"""
+
 
 def test_each_proof_has_a_reason(wording: Wording) -> None:
     model = read_model(CELL)
     sets = SetProofs.of(model, -1, lambda _: None)
-    assert sets is not None
     proved = [each for each in Obligations.of(model) if sets.proves(each)]
     assert {"move/disabled", "wait/completed", "wait/failed", "idle/queued"} <= {str(each) for each in proved}
     assert sets.never == sum(Obligations.of(model).bit(each) for each in proved)
@@ -43,19 +54,25 @@ def test_each_proof_has_a_reason(wording: Wording) -> None:
 
 
 @pytest.mark.parametrize("limits", [SetLimits(nodes=10), SetLimits(work=100)])
-def test_a_limit_of_nodes_ends_the_search(limits: SetLimits) -> None:
-    assert SetProofs.of(read_model(CELL), -1, lambda _: None, limits) is None
+def test_a_limit_of_nodes_ends_the_search(limits: SetLimits, wording: Wording) -> None:
+    wording(why_none(CELL, limits))
 
 
-def test_without_an_engine_there_is_no_set(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_an_engine_there_is_no_set(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     monkeypatch.setattr(decision_diagrams, "ENGINES", {"none": "no_such_module"})
-    assert SetProofs.of(read_model(CELL), -1, lambda _: None) is None
+    wording(why_none(CELL))
 
 
-def test_large_domains_in_one_comparison_end_the_search() -> None:
+def test_large_domains_in_one_comparison_end_the_search(wording: Wording) -> None:
     text = CELL.replace("domain: 0..40", "domain: 0..400").replace("at < 40", "at + other < 40")
-    model = read_model(text.replace("  lamp:", "  other: {domain: 0..400, initial: 0, source: state}\n  lamp:", 1))
-    assert SetProofs.of(model, -1, lambda _: None) is None
+    wording(why_none(text.replace("  lamp:", "  other: {domain: 0..400, initial: 0, source: state}\n  lamp:", 1)))
+
+
+def why_none(text: str, limits: SetLimits = DEFAULT_LIMITS) -> str:
+    """Return why no set of a model is found."""
+    with pytest.raises(NoSetError) as caught:
+        SetProofs.of(read_model(text), -1, lambda _: None, limits)
+    return str(caught.value)
 
 
 def test_closing_uses_a_set_where_situations_are_too_many() -> None:
@@ -64,6 +81,25 @@ def test_closing_uses_a_set_where_situations_are_too_many() -> None:
     by_set = {str(d.obligation) for d in closing.decided if d.certificate == "sets"}
     assert {"move/disabled", "wait/queued"} & by_set
     assert all(d.decision is Decision.UNCOVERABLE for d in closing.decided if d.certificate == "sets")
+    assert closing.engines[ProofEngine.SETS] == sum(
+        d.certificate == "sets" and d.obligation.counts for d in closing.decided
+    )
     certificate = dict(closing.certificates)["sets"]
     assert by_set == set(certificate.claims)
     assert check_certificate(certificate, model) == ()
+
+
+def test_closing_says_why_there_is_no_set_where_something_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decision_diagrams, "ENGINES", {"none": "no_such_module"})
+    few = CloseLimits(situations=3, random=5, changes=5, beyond=10)
+    assert Stage.SETS in {end.stage for end in Closer(read_model(WALK), few).close().ended}
+    assert Stage.SETS not in {end.stage for end in Closer(read_model(WALK)).close().ended}
+
+
+def test_each_activity_says_how_many_obligations_are_open() -> None:
+    shown: list[str] = []
+    Closer(read_model(CELL), progress=shown.append).close()
+    opened = [re.match(r"(\d+) of (\d+) open; ", text) for text in shown]
+    assert all(opened)
+    counts = [int(each[1]) for each in opened if each is not None]
+    assert counts[0] > counts[-1] == 0

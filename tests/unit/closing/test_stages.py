@@ -98,7 +98,7 @@ class _InterruptedProgress:
         self._is_done = False
 
     def __call__(self, text: str) -> None:
-        if text.startswith(self._beginning) and not self._is_done:
+        if f" open; {self._beginning}" in text and not self._is_done:
             self._is_done = True
             raise KeyboardInterrupt
 
@@ -181,8 +181,8 @@ def test_guided_search_names_the_obligation_that_it_works_at() -> None:
     lines: list[str] = []
     Closer(example(), NO_GRAPH, lines.append).close()
     names = [str(obligation) for obligation in Tester(example()).obligations.all]
-    guided = [text for text in lines if text.startswith("guided search: ")]
-    assert any(text.removeprefix("guided search: ").split(",")[0] in names for text in guided)
+    guided = [found[2] for text in lines if (found := text.partition(" open; guided search: "))[1]]
+    assert any(text.split(",")[0] in names for text in guided)
     assert all("at most" in text for text in guided), "what is left"
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         lifted_names,
     )
     from scbm.cases.coverage.obligations import STATE_ASPECTS, Aspect, Figure, Obligation, Obligations
+    from scbm.cases.coverage.proof_engines import ProofEngine, count_engines, engine_counts_in_words
     from scbm.cases.coverage.set_cover import Cover, smallest_cover
     from scbm.cases.coverage.statuses import (
         FORCED_NOTE,
@@ -80,14 +81,17 @@ __all__ = [
     "Obligation",
     "ObligationStatus",
     "Obligations",
+    "ProofEngine",
     "StatusProof",
     "Statuses",
     "Threshold",
     "Unnamed",
     "WaiverReview",
     "bits_of",
+    "count_engines",
     "count_statuses",
     "coverable_figure",
+    "engine_counts_in_words",
     "first_missed",
     "forced_count_in_words",
     "growth",
@@ -111,6 +115,7 @@ __getattr__ = lazy_exports(
             "InstanceFolds LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of lifted_names"
         ),
         "obligations": "STATE_ASPECTS Aspect Figure Obligation Obligations",
+        "proof_engines": "ProofEngine count_engines engine_counts_in_words",
         "coverage_thresholds": "ASSERTED COVERABLE KINDS LIFTED Threshold",
         "set_cover": "Cover smallest_cover",
         "statuses": (

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, assert_never
 from msgspec import Struct
 
 from scbm.cases.coverage.obligations import Figure
+from scbm.cases.coverage.proof_engines import count_engines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from scbm.cases.coverage.obligations import Obligation, Obligations
+    from scbm.cases.coverage.proof_engines import ProofEngine
     from scbm.cases.coverage.visits import Coverage
     from scbm.model import Waiver
 
@@ -63,11 +65,13 @@ class StatusProof(Struct, frozen=True):
         decision: `UNCOVERABLE` if it holds for any plans, else `EXCLUDED`.
         reason: why no run visits the obligation, one sentence without a full stop.
         certificate: the file or the name of the certificate.
+        engine: the engine that found the proof; `None` if that is not known.
     """
 
     decision: Decision
     reason: str
     certificate: str
+    engine: ProofEngine | None = None
 
 
 class WaiverReview(Struct, frozen=True):
@@ -114,6 +118,7 @@ class ObligationStatus(Struct, frozen=True):
         reason: why no run visits it, or why it is waived; empty if it is covered or undecided.
         certificate: the file or the name of the certificate, if one proves the status.
         is_visited: whether a case visits it, by a forced state or without; figures count this whatever the status is.
+        engine: the engine that found the proof of the status, if there is one.
     """
 
     obligation: Obligation
@@ -121,6 +126,7 @@ class ObligationStatus(Struct, frozen=True):
     reason: str = ""
     certificate: str | None = None
     is_visited: bool = False
+    engine: ProofEngine | None = None
 
     @property
     def is_forced(self) -> bool:
@@ -207,6 +213,11 @@ class Statuses(Struct, frozen=True, dict=True):
         """The number of obligations of each status, without *queued*."""
         return count_statuses(entry.decision for entry in self.entries if entry.obligation.counts)
 
+    @cached_property
+    def engines(self) -> dict[ProofEngine, int]:
+        """The number of obligations of each engine that proved the status of some, without *queued*."""
+        return count_engines(entry.engine for entry in self.entries if entry.obligation.counts)
+
     @property
     def forced(self) -> int:
         """The number of obligations that only forced states visit, without *queued*."""
@@ -259,7 +270,9 @@ class _StatusRules(Struct, frozen=True):
         is_visited = bool(self.visited & bit)
         proof = self.proofs.get(str(obligation))
         if proof is not None:
-            return ObligationStatus(obligation, proof.decision, proof.reason, proof.certificate, is_visited)
+            return ObligationStatus(
+                obligation, proof.decision, proof.reason, proof.certificate, is_visited, proof.engine
+            )
         waiver = self.waivers.get(str(obligation))
         if waiver is not None:
             return ObligationStatus(obligation, Decision.WAIVED, str(waiver), is_visited=is_visited)

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
+from scbm.closing.counted_activity import CountedActivity
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
@@ -71,6 +73,11 @@ def bar(count: int, obligations: Obligations) -> Iterator[CampaignProgress]:
         yield _Bar(progress, progress.add_task("cases", total=count, state=""), obligations)
 
 
+def time_in_words(seconds: float) -> str:
+    """Return a duration, such as `30 s` or `3 min`."""
+    return f"{seconds:.0f} s" if seconds < _MINUTES_FROM_S else f"{seconds / _MINUTE_S:.0f} min"
+
+
 class LineClock:
     """Says when a line about work is due: first after ten seconds, then at most every ten seconds."""
 
@@ -90,7 +97,30 @@ class LineClock:
         if elapsed_s < self._due_s:
             return ""
         self._due_s = elapsed_s + _INTERVAL_S
-        return f"{elapsed_s:.0f} s" if elapsed_s < _MINUTES_FROM_S else f"{elapsed_s / _MINUTE_S:.0f} min"
+        return time_in_words(elapsed_s)
+
+
+class RemainingTime:
+    """Estimates how long an activity takes at most: what is left of it at its rate so far."""
+
+    def __init__(self, now_s: Callable[[], float] = monotonic) -> None:
+        """Take the time from a clock."""
+        self._now_s = now_s
+        self._name = ""
+        self._begun_s = 0.0
+        self._begun_at = 0
+
+    def of(self, text: str) -> str:
+        """Return `at most 30 s more`; empty for an activity without a limit, and at its beginning."""
+        if not isinstance(text, CountedActivity):
+            return ""
+        now_s = self._now_s()
+        if text.name != self._name or text.done < self._begun_at:
+            self._name, self._begun_s, self._begun_at = text.name, now_s, text.done
+        done, elapsed_s = text.done - self._begun_at, now_s - self._begun_s
+        if not done or not elapsed_s:
+            return ""
+        return f"at most {time_in_words(elapsed_s * (text.most - text.done) / done)} more"
 
 
 class CampaignLines:

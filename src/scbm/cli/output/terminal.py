@@ -16,7 +16,7 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
-from scbm.cli.output.progress import LineClock
+from scbm.cli.output.progress import LineClock, RemainingTime
 from scbm.model import Severity
 from scbm.model.visible_text import ACTING, counted, escaped, in_one_line
 from scbm.reports.terminal.visible_lines import visible_line
@@ -197,14 +197,18 @@ def print_progress(text: str, elapsed: str = "") -> None:
 
 
 @contextmanager
-def activity_display(words: str, clock: LineClock | None = None) -> Iterator[Callable[[str], None]]:
+def activity_display(
+    words: str, clock: LineClock | None = None, remaining: RemainingTime | None = None
+) -> Iterator[Callable[[str], None]]:
     """Show the current activity: on a terminal, or every ten seconds elsewhere; yield a callback that changes it."""
+    remaining = remaining or RemainingTime()
     if not sys.stderr.isatty():
         clock = clock or LineClock()
 
         def show(text: str) -> None:
+            more = remaining.of(text)
             if elapsed := clock.due():
-                print_progress(text, elapsed)
+                print_progress(text, f"{elapsed}, {more}" if more else elapsed)
 
         yield show
         return
@@ -212,7 +216,12 @@ def activity_display(words: str, clock: LineClock | None = None) -> Iterator[Cal
 
     console = Console(file=sys.stderr)
     with console.status(_status(words)) as status:
-        yield lambda text: status.update(_status(text))
+
+        def update(text: str) -> None:
+            more = remaining.of(text)
+            status.update(_status(f"{text}, {more}" if more else text))
+
+        yield update
 
 
 def _status(text: str) -> Text:

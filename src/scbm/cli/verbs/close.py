@@ -8,6 +8,7 @@ import typer
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from scbm.cases.coverage import ProofEngine
 from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
@@ -256,8 +257,12 @@ def _print_verdict(checked: CheckedCertificate, model_path: Path) -> None:
 
 
 def _sizes(checked: CheckedCertificate) -> list[str]:
-    noun = "requirement" if checked.file.certificate.is_about_requirements else "obligation"
-    sizes = [counted(len(checked.file.certificate.claims), noun)]
+    certificate = checked.file.certificate
+    if certificate.is_about_requirements:
+        sizes = [counted(len(certificate.claims), "requirement")]
+    else:
+        engine = ProofEngine(certificate.argument.kind)
+        sizes = [f"{counted(len(certificate.claims), 'obligation')} by {engine.words}"]
     situations = checked.situations
     return sizes if situations is None else [*sizes, f"{counted(situations, 'situation')} checked"]
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
+from scbm.closing.counted_activity import CountedActivity
 from scbm.closing.distinguished_values import distinguished_groups
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.closing.runs.run_graph import MAX_STEPS_EACH, RunGraph, explore_runs, initial_states
@@ -325,7 +326,7 @@ class _Counted:
 
     def count(self, positions: int) -> None:
         """Report so many situations."""
-        self._progress(f"{self._which}: {positions:,} of at most {self._most:,} situations")
+        self._progress(CountedActivity.of(self._which, positions, self._most, "situations"))
 
 
 class ObservedStates:

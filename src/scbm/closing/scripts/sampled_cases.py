@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from scbm.cases import Case, Network, OutcomeRule
 from scbm.cases.coverage import Aspect
 from scbm.cases.trace import End
+from scbm.closing.counted_activity import CountedActivity
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import bounded
 from scbm.closing.scripts.closing_injections import current_operations
@@ -154,7 +155,7 @@ class SampledCases:
         """Run random cases one by one in this process: their plans share one budget."""
         dry = count = 0
         for count, case in enumerate(self._drawn(most), start=1):
-            self._progress(f"random cases: {count - 1:,} of at most {most:,}, {self._counts}")
+            self._progress(CountedActivity.of("random cases", count - 1, most, f"cases, {self._counts}"))
             missing = self.missing
             self._run(case)
             dry = dry + 1 if missing == self.missing else 0
@@ -170,7 +171,7 @@ class SampledCases:
         try:
             for step in run_steps(work, executor, StopRule(dry=_DRY)):
                 total = step.total
-                self._progress(f"random cases: {total.count:,} of at most {most:,}, {self._counts}")
+                self._progress(CountedActivity.of("random cases", total.count, most, f"cases, {self._counts}"))
         except InputError as error:
             self.limit = (error.diagnostics[0].message, None)
         finally:

@@ -34,9 +34,13 @@ class SetLimits(Struct, frozen=True):
 
 DEFAULT_LIMITS = SetLimits()
 
+_NO_ENGINE = "no library of decision diagrams is installed: `pip install 'scbm[symbolic]'` adds one"
 
-class TooManyNodesError(Exception):
-    """A limit was reached."""
+_TOO_MANY_VALUES = "a comparison or an assignment reads too many combinations of values for decision diagrams"
+
+
+class NoSetError(Exception):
+    """No set is found; the message says why, as a clause."""
 
 
 class ReachedSet(Struct):
@@ -76,8 +80,8 @@ class SetSearch:
         self._progress = progress
         self._work = 0
 
-    def find(self, is_enough: Callable[[ReachedSet], bool]) -> ReachedSet | None:
-        """Return the set; `None` beyond the limits, or where no engine is installed.
+    def find(self, is_enough: Callable[[ReachedSet], bool]) -> ReachedSet:
+        """Return the set. Raises `NoSetError` beyond the limits, or where no engine is installed.
 
         Plans may go on with any operation that the planner enables. If that is not enough, operations after which no
         plan leads to the goal are left out, and the set is found again.
@@ -85,7 +89,7 @@ class SetSearch:
         variables = run_variables(self._model)
         manager = diagram_manager([bit for variable in variables for bit in variable.bits])
         if manager is None:
-            return None
+            raise NoSetError(_NO_ENGINE)
         space = RunSpace(variables, manager)
         try:
             found = self._reached(space, manager.false)
@@ -93,8 +97,8 @@ class SetSearch:
                 return found
             dead = self._dead(found)
             return found if dead == manager.false else self._reached(space, dead)
-        except (TooManyValuesError, TooManyNodesError):
-            return None
+        except TooManyValuesError:
+            raise NoSetError(_TOO_MANY_VALUES) from None
 
     def _reached(self, space: RunSpace, dead: Diagram) -> ReachedSet:
         """Return the least set that no move leaves. Each round takes all moves once from what is new."""
@@ -116,7 +120,8 @@ class SetSearch:
                     reached |= after
             new = reached & ~before
             if reached.dag_size > self._limits.nodes:
-                raise TooManyNodesError
+                message = f"a decision diagram of all situations has more than {self._limits.nodes:,} nodes"
+                raise NoSetError(message)
         return ReachedSet(space, moves, reached, dead, all_moves)
 
     def _dead(self, found: ReachedSet) -> Diagram:
@@ -142,4 +147,5 @@ class SetSearch:
     def _count(self, diagram: Diagram) -> None:
         self._work += diagram.dag_size
         if self._work > self._limits.work:
-            raise TooManyNodesError
+            message = f"the decision diagrams on the way to the set have more than {self._limits.work:,} nodes"
+            raise NoSetError(message)

@@ -41,8 +41,8 @@ class SetProofs:
     @staticmethod
     def of(
         model: BehaviorModel, missing: int, progress: Callable[[str], None], limits: SetLimits = DEFAULT_LIMITS
-    ) -> SetProofs | None:
-        """Return the proofs for a model; `None` beyond the limits, or where no engine is installed.
+    ) -> SetProofs:
+        """Return the proofs for a model. Raises `NoSetError` beyond the limits, or where no engine is installed.
 
         Args:
             model: the model.
@@ -52,7 +52,7 @@ class SetProofs:
         """
         visits = _visits_in(Obligations.of(model))
         found = SetSearch(model, limits, progress).find(lambda first: not first.visited(visits) & missing)
-        return None if found is None else SetProofs(model, found)
+        return SetProofs(model, found)
 
     @property
     def is_exact(self) -> bool:

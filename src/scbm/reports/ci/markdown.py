@@ -12,6 +12,7 @@ from scbm.cases.coverage import (
     Decision,
     Figure,
     InstanceFolds,
+    engine_counts_in_words,
     status_counts_in_words,
     visits_in_words,
 )
@@ -122,6 +123,8 @@ def _statuses(history: History) -> Iterator[str]:
     figure = statuses.coverable
     counts = status_counts_in_words(statuses.counts)
     yield f"**{figure} of what can be covered** ({figure.visited} of {figure.of}): {_plain(counts)}\n"
+    if statuses.engines:
+        yield f"Proofs: {_plain(engine_counts_in_words(statuses.engines))}\n"
     if statuses.assumptions:
         yield f"Proofs assume: {_plain(' '.join(statuses.assumptions))}\n"
     warnings = [f"- ⚠️ {_plain(warning)}\n" for warning in status_warnings(statuses)]

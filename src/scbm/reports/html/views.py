@@ -18,6 +18,7 @@ from scbm.cases.coverage import (
     Decision,
     InstanceFolds,
     Obligation,
+    engine_counts_in_words,
     growth,
     status_counts_in_words,
     visitors_of_each,
@@ -293,6 +294,11 @@ class ReportView:
     def status_words(self) -> str:
         """The number of obligations of each status, in words."""
         return status_counts_in_words(self.history.statuses.counts)
+
+    @property
+    def engine_words(self) -> str:
+        """The number of obligations that each engine proved something about, in words; empty without proofs."""
+        return engine_counts_in_words(self.history.statuses.engines)
 
     @property
     def status_warnings(self) -> tuple[str, ...]:

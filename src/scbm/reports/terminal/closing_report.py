@@ -17,6 +17,7 @@ from scbm.cases.coverage import (
     ObligationStatus,
     Statuses,
     count_statuses,
+    engine_counts_in_words,
     forced_count_in_words,
     status_counts_in_words,
 )
@@ -149,6 +150,8 @@ def _decision_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[
     if coverable.percent is not None and coverable.of < sum(counts.values()):
         line.append(f"; {coverable} of what can be covered")
     yield line
+    if closing.engines:
+        yield Text(f"  Proofs:   {engine_counts_in_words(closing.engines)}")
     if closing.forced:
         yield Text(f"  Forced:   {forced_count_in_words(closing.forced)}")
     queued = closing.after.figure_of(Aspect.QUEUED)
