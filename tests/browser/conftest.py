@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from scbm.reports.html import html_report
 from scbm.store import History, Replays, StoredCase
 from scbm.testing import Execution, RandomCases
-from support.histories import EXAMPLE, history_of
+from support.histories import EXAMPLE, history_of, since_another_run
 from support.loops import PAGE_GUARD_S
 from support.real_runs import with_real_runs
 
@@ -121,7 +121,7 @@ def failing(write_report: Callable[..., Path], tmp_path_factory: pytest.TempPath
     """Cases that fail, of a model that says things that must not be taken for HTML."""
     model = tmp_path_factory.mktemp("model") / "failing & <b>.yaml"
     model.write_text(FAILING, encoding="utf-8")
-    return write_report(history_of(model, 30))
+    return write_report(since_another_run(history_of(model, 30)))
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from scbm.cases.trace import End
 from scbm.files import write_case
 from scbm.store import History, SmallestCase, Written
 from scbm.testing import Failure, FailureKind, RandomCases, Verdict
-from support.histories import EXAMPLE, history_of
+from support.histories import EXAMPLE, history_of, since_another_run
 
 pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
 from playwright.sync_api import expect
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.browser
 
 MARKUP = """</script></template><script>window.hacked = 1</script><img src=x onerror="hacked=1">"'\u202e\u2066 """
 HOSTILE = MARKUP + "x" * 300
-ROUTES = ("missing", "operations", "operation/pick_item_a", "source", "cases", "growth", "findings")
+ROUTES = ("missing", "operations", "operation/pick_item_a", "source", "cases", "growth", "since", "findings")
 
 
 def _hostile() -> History:
@@ -44,7 +44,7 @@ def _hostile() -> History:
     )
     source = replace(history.source, path=HOSTILE, text=f"# {HOSTILE}\n{history.source.text}")
     runs = (replace(history.runs[0], command=f"scbm test {HOSTILE}", source=source),)
-    return replace(history, runs=runs, cases=(first, *history.cases[1:]))
+    return since_another_run(replace(history, runs=runs, cases=(first, *history.cases[1:])))
 
 
 @pytest.mark.parametrize("width", [1440, 390])

@@ -7,8 +7,22 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from scbm.cases import Case
+from scbm.cases.coverage import visitors_of_each
 from scbm.files import load_model, write_case
-from scbm.store import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, digest_of, key_of
+from scbm.store import (
+    Drawn,
+    History,
+    ModelSource,
+    ObligationChange,
+    Recipe,
+    RunComparison,
+    StoredCase,
+    StoredRun,
+    VerdictChange,
+    Written,
+    digest_of,
+    key_of,
+)
 from scbm.testing import RandomCases, Tester, load_suite
 
 EXAMPLE = Path(__file__).parents[2] / "examples/robot_in_the_air"
@@ -62,6 +76,19 @@ def _history(model_file: Path, cases: int, seed: int, written: Sequence[Path]) -
     command = f"scbm test {shown} --cases {cases} --seed {seed} --store cov.db"
     run = StoredRun("0" * 31 + "1", "2026-11-21T12:00:00.000000Z", command, source, union, len(kept), failed)
     return History(model, (run,), tuple(kept))
+
+
+def since_another_run(history: History) -> History:
+    """The history with its run compared with an earlier one, whose only case has no page and failed."""
+    now, bits = history.runs[-1], history.obligations
+    then = replace(now, id="f" * 32, visited=bits.bit(bits.all[-1]), cases=1, failed=1, is_finished=True)
+    changes = tuple(
+        ObligationChange(obligation, is_gained=bool(places), cases=tuple(history.labels[place] for place in places))
+        for obligation, places in zip(bits, visitors_of_each(history.coverage), strict=True)
+    )
+    labels = zip(history.labels, history.cases, strict=True)
+    failing = [VerdictChange(label, None, True, f"{label} failed") for label, case in labels if case in history.failed]
+    return replace(history, since=RunComparison(now, then, changes, (*failing, VerdictChange("gone", True, None))))
 
 
 def with_lost_cases(history: History, count: int) -> History:

@@ -10,10 +10,24 @@ from scbm.files import digest_of
 from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, key_of, sayable
+    from scbm.store.history import (
+        Drawn,
+        History,
+        ModelSource,
+        ObligationChange,
+        Recipe,
+        RunComparison,
+        StoredCase,
+        StoredRun,
+        VerdictChange,
+        Written,
+        key_of,
+        sayable,
+    )
     from scbm.store.history_reader import read_history
     from scbm.store.model_edits import Dropped
     from scbm.store.replays import Replays, drawn_recipe, network_words, written_recipe
+    from scbm.store.run_comparison import compare_runs, earlier_runs
     from scbm.store.smallest_cases import SmallestCase
     from scbm.store.store_union import Combined, combine_stores
     from scbm.store.store_writer import (
@@ -50,8 +64,10 @@ __all__ = [
     "ModelSource",
     "MutantWriter",
     "MutatedSuite",
+    "ObligationChange",
     "Recipe",
     "Replays",
+    "RunComparison",
     "SmallestCase",
     "StoreFigures",
     "StoreWriter",
@@ -60,12 +76,15 @@ __all__ = [
     "StoredMutant",
     "StoredMutation",
     "StoredRun",
+    "VerdictChange",
     "Written",
     "basis_of",
     "begin_run",
     "combine_stores",
+    "compare_runs",
     "digest_of",
     "drawn_recipe",
+    "earlier_runs",
     "keep_decisions",
     "keep_smallest",
     "key_of",
@@ -82,10 +101,14 @@ __all__ = [
 __getattr__ = lazy_exports(
     __name__,
     {
-        "history": "Drawn History ModelSource Recipe StoredCase StoredRun Written key_of sayable",
+        "history": (
+            "Drawn History ModelSource ObligationChange Recipe RunComparison StoredCase StoredRun VerdictChange"
+            " Written key_of sayable"
+        ),
         "history_reader": "read_history",
         "model_edits": "Dropped",
         "replays": "Replays drawn_recipe network_words written_recipe",
+        "run_comparison": "compare_runs earlier_runs",
         "smallest_cases": "SmallestCase",
         "store_union": "Combined combine_stores",
         "store_writer": (

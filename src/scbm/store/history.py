@@ -183,6 +183,52 @@ class StoredCase(Struct, frozen=True):
         return not (self.is_earlier or self.is_lost)
 
 
+class ObligationChange(Struct, frozen=True):
+    """An obligation that only one of two runs visited.
+
+    Attributes:
+        obligation: the obligation.
+        is_gained: whether the later run visited it.
+        cases: the cases that visited it, as reports name them.
+    """
+
+    obligation: Obligation
+    is_gained: bool
+    cases: tuple[str, ...]
+
+
+class VerdictChange(Struct, frozen=True):
+    """A case that failed in one of two runs and not in the other.
+
+    Attributes:
+        case: the case, as reports name it.
+        failed_then: whether it failed in the earlier run; `None` if it did not run there.
+        failed_now: whether it failed in the later run; `None` if it did not run there.
+        message: the first failure in the later run; empty for none.
+    """
+
+    case: str
+    failed_then: bool | None
+    failed_now: bool | None
+    message: str = ""
+
+
+class RunComparison(Struct, frozen=True):
+    """The differences between the last run of a store and an earlier one.
+
+    Attributes:
+        now: the last run.
+        then: the earlier run; `None` if the store has none that is finished.
+        obligations: the obligations of the figure that only one of them visited, those of the last run first.
+        verdicts: the cases that failed in one of them alone, those of the last run first.
+    """
+
+    now: StoredRun
+    then: StoredRun | None = None
+    obligations: tuple[ObligationChange, ...] = ()
+    verdicts: tuple[VerdictChange, ...] = ()
+
+
 class History(Struct, frozen=True, dict=True):
     """The content of a store.
 
@@ -196,6 +242,7 @@ class History(Struct, frozen=True, dict=True):
         mutations: the results of mutants.
         others: what cases of the same lifted model visited under other objects.
         decisions: the answers of the last closing about requirements.
+        since: the last run compared with an earlier one; `None` if that was not asked for.
     """
 
     model: BehaviorModel
@@ -207,6 +254,7 @@ class History(Struct, frozen=True, dict=True):
     mutations: tuple[StoredMutation, ...] = ()
     others: tuple[ObjectListVisits, ...] = ()
     decisions: tuple[KnownDecision, ...] = ()
+    since: RunComparison | None = None
 
     @property
     def requirements(self) -> tuple[CheckedRequirement, ...]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 14
+TABLES_VERSION = 15
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -45,11 +45,13 @@ class StoreTable(Struct, frozen=True):
         comment: what its rows are.
         columns: in their order.
         without_rowid: whether rows are kept in the order of their primary key.
+        primary_key: the columns of the primary key, if there are several.
     """
 
     comment: str
     columns: tuple[StoreColumn, ...]
     without_rowid: bool = False
+    primary_key: tuple[str, ...] = ()
 
     @property
     def computed(self) -> dict[str, Callable[[Any], object]]:
@@ -58,7 +60,9 @@ class StoreTable(Struct, frozen=True):
 
     def statement(self, name: str) -> str:
         """Return the SQL that makes the table."""
-        columns = ",\n".join(f"        {column.name} {column.type}" for column in self.columns)
+        lines = [f"{column.name} {column.type}" for column in self.columns]
+        lines += [f"PRIMARY KEY ({', '.join(self.primary_key)})"] if self.primary_key else []
+        columns = ",\n".join(f"        {line}" for line in lines)
         return f"CREATE TABLE {name} (\n{columns}\n    ){' WITHOUT ROWID' if self.without_rowid else ''}"
 
 
@@ -237,6 +241,17 @@ TABLES: dict[str, StoreTable] = {
         ),
         without_rowid=True,
     ),
+    "run_case": StoreTable(
+        "What came of each case in each run that had it; `test_case` has the latest run alone.",
+        (
+            StoreColumn("run", "INTEGER NOT NULL REFERENCES run", "the run: a row of `run`"),
+            StoreColumn("test_case", "BLOB NOT NULL REFERENCES test_case", "the case: a row of `test_case`"),
+            StoreColumn("failed", "INTEGER NOT NULL", "1 if the case failed in that run, else 0"),
+            StoreColumn("visited", "BLOB NOT NULL", "the set of obligations that it visited in that run"),
+        ),
+        without_rowid=True,
+        primary_key=("run", "test_case"),
+    ),
     "certificate": StoreTable(
         "Certificates that were sound when they were added.",
         (
@@ -339,6 +354,7 @@ _SHOWN = {
     "model": f"WHERE id {_OF_MODEL}",
     "run": f"WHERE model {_OF_MODEL}",
     "test_case": f"WHERE model {_OF_MODEL}",
+    "run_case": "WHERE run IN (SELECT id FROM run)",
     "certificate": f"WHERE model {_OF_MODEL}",
     "decision": f"WHERE model {_OF_MODEL}",
     "mutation": f"WHERE model {_OF_MODEL}",

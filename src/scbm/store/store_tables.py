@@ -114,6 +114,16 @@ class CaseRow(Struct, frozen=True):
     hazards: tuple[Hazard, ...] = ()
 
 
+class RunCaseRow(Struct, frozen=True):
+    """What came of a case in one run: `run` is the id of a row there, `key` and `name` are those of the case."""
+
+    run: int
+    key: bytes
+    name: str
+    failed: bool
+    visited: int
+
+
 class VisitTotals(Struct, frozen=True):
     """The union of the visits of the cases of a store.
 
@@ -201,6 +211,16 @@ class Tables:
                 verdict, _number(ended_ns), _number(requests), bits, log, _known(forced or b"", count),
                 _number(excluded or 0), read_smallest_text(smallest), read_hazards_text(hazards),
             )  # fmt: skip
+
+    def run_cases(self) -> Iterator[RunCaseRow]:
+        """Yield what came of each case in each run. Raise `ValueError` for foreign rows."""
+        count = self._obligations()
+        rows = self._connection.execute(
+            "SELECT run_case.run, key, name, failed, run_case.visited"
+            " FROM run_case JOIN test_case ON key = test_case ORDER BY run_case.run, key"
+        )
+        for run, key, name, failed, visited in rows:
+            yield RunCaseRow(run, key, _text(name), bool(_number(failed)), _known(visited, count))
 
     def certificates(self) -> Iterator[tuple[int, StoredCertificate]]:
         """Yield each certificate with the id of its model, in the order of their names."""
@@ -427,6 +447,13 @@ class Tables:
         if (*moment, case.position) > tuple(before):
             self._update(case)
             self._compute("test_case", "key", case.key, case)
+
+    def put_run_case(self, row: RunCaseRow) -> None:
+        """Add what came of a case in one run, united with what is known of it there."""
+        query = "SELECT failed, visited FROM run_case WHERE run = ? AND test_case = ?"
+        failed, visited = self._connection.execute(query, (row.run, row.key)).fetchone() or (False, b"")
+        values = (row.run, row.key, row.failed or failed, self._bytes(row.visited | _set(visited)))
+        self._connection.execute("REPLACE INTO run_case (run, test_case, failed, visited) VALUES (?, ?, ?, ?)", values)
 
     def _insert(self, case: CaseRow) -> None:
         recipe = case.recipe

@@ -224,7 +224,7 @@ def _add_mutations(union: MutantTables, tables: MutantTables, model: int) -> Non
 
 
 def _add_runs(union: Tables, tables: Tables, models: dict[int, int], edit: ModelEdit | None) -> tuple[Dropped, ...]:
-    """Add runs, certificates, decisions and cases; return what their visits lose by an edit."""
+    """Add runs, certificates, decisions, and cases with their results in each run; return what an edit loses."""
     runs = {}
     for row in tables.runs():
         run = row.run if edit is None else replace(row.run, visited=edit.mapped(row.run.visited))
@@ -240,4 +240,7 @@ def _add_runs(union: Tables, tables: Tables, models: dict[int, int], edit: Model
         forced = case.forced if edit is None else edit.mapped(case.forced)
         visited |= case.visited
         union.put_case(replace(case, model=models[case.model], run=runs[case.run], visited=bits, forced=forced))
+    for each in tables.run_cases():
+        bits = each.visited if edit is None else edit.mapped(each.visited)
+        union.put_run_case(replace(each, run=runs[each.run], visited=bits))
     return () if edit is None else edit.dropped(visited)

@@ -44,7 +44,7 @@ from scbm.store.store_file import (
     transaction,
     understood,
 )
-from scbm.store.store_tables import CaseRow, Tables, VisitTotals, time_text
+from scbm.store.store_tables import CaseRow, RunCaseRow, Tables, VisitTotals, time_text
 from scbm.store.stored_evidence import StoredDecision
 from scbm.store.stored_mutants import basis_of, find_evidence
 
@@ -199,8 +199,10 @@ class StoreWriter:
                 result.verdict, result.ended_ns, result.requests, result.visited, packed, result.forced,
                 result.excluded, hazards=result.hazards,
             )  # fmt: skip
+            failed = not result.verdict.passed
             self._tables.put_case(row)
-            self._tables.add_to_run(ids[1], result.visited, failed=not result.verdict.passed)
+            self._tables.put_run_case(RunCaseRow(ids[1], key, case.name, failed, result.visited))
+            self._tables.add_to_run(ids[1], result.visited, failed=failed)
         self._visited |= result.visited
         if self._keys is not None:
             self._keys[key] = None

@@ -31,11 +31,17 @@ from scbm.model.visible_text import counted
 from scbm.reports.ci.history_json import history_json, smallest_json
 from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.formats import FORMATS, ReportFormat
+from scbm.reports.run_changes import run_in_words
 from scbm.reports.terminal.coverage_report import missing_lines
 from scbm.reports.terminal.store_report import stored_report
 from scbm.reports.terminal.visitors_report import contexts_report, smallest_report
-from scbm.store import History, Replays, StoredCase, Written, read_history
+from scbm.store import History, Replays, StoredCase, StoredRun, Written, compare_runs, earlier_runs, read_history
 from scbm.testing import Execution, case_texts, find_case_files
+
+_LAST_RUN = "last"
+
+_MAX_RUNS = 10
+"""Maximum number of runs that an error lists."""
 
 _SLOW = 200
 """Minimum number of cases for a display of progress while they are run again."""
@@ -161,6 +167,14 @@ def command(
         Path | None,
         HelpSection.OUTPUT.option("--save", metavar="DIRECTORY", help="Save the cases of that suite as files."),
     ] = None,
+    since: Annotated[
+        str | None,
+        HelpSection.OUTPUT.option(
+            "--since",
+            metavar="RUN",
+            help="Compare the last run with this earlier one: `last`, or the first digits of its id.",
+        ),
+    ] = None,
     files: Annotated[Mapping[str, Path | None], FORMAT_OPTIONS],
     fail_under: FailUnder = None,
     certificates: Certificates = None,
@@ -183,6 +197,8 @@ def command(
             if isinstance(case.recipe, Written)
         ]
         history = replace(history, decided=evidence.statuses(history.coverage, history.forced, goals))
+    if since is not None:
+        history = replace(history, since=compare_runs(store, history, _earlier_run(history, since)))
     cover = _smallest(history) if minimize else None
     if json:
         write_json(history_json(history) | ({} if cover is None else {"smallest": smallest_json(history, cover)}))
@@ -202,6 +218,24 @@ def command(
     if written:
         errors().line(f"Written: {', '.join(written)}")
     return 0 if meets_thresholds(history, wanted_figures) and is_saved else 1
+
+
+def _earlier_run(history: History, wanted: str) -> StoredRun | None:
+    """Return the run that `--since` names; `None` for `last` if there is no earlier finished run.
+
+    Raises:
+        InputError: no earlier finished run has an id that begins so, or several have.
+    """
+    runs = earlier_runs(history)
+    if wanted == _LAST_RUN:
+        return runs[-1] if runs else None
+    found = [run for run in runs if run.id.startswith(wanted)]
+    if len(found) != 1:
+        message = f"{counted(len(found), 'earlier finished run')} of this store with an id that begins with `{wanted}`"
+        listed = [f"{run_in_words(run)}: `{run.command}`" for run in (found or runs)[-_MAX_RUNS:]]
+        remedy = f"name one of these: {'; '.join(listed)}" if listed else "add a run with `scbm test --store`"
+        raise option_error("--since", message, remedy, wanted)
+    return found[0]
 
 
 def _report_missing_model(history: History) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scbm.cases.coverage import bits_of, only_by, visitors_of_each
+from scbm.reports.run_changes import change_groups
 from scbm.reports.stored_cases import again
 from scbm.store import Written
 from scbm.testing.campaign_results_json import (
@@ -18,7 +19,7 @@ from scbm.testing.campaign_results_json import (
 
 if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover
-    from scbm.store import History, Recipe, StoredCase, StoredRun
+    from scbm.store import History, Recipe, RunComparison, StoredCase, StoredRun
 
 FORMAT_VERSION = 4
 
@@ -45,6 +46,7 @@ def history_json(history: History) -> dict[str, Any]:
         "requirements_off": dict(history.model.requirements_off),
         "requirements_on": list(history.model.requirements_on),
         "hazards": len(history.hazards),
+        **({} if history.since is None else {"since": _since(history.since, history)}),
         "runs": [_run(run, names) for run in history.runs],
         "cases": [
             _case(label, case, history)
@@ -88,6 +90,23 @@ def _run(run: StoredRun, names: tuple[str, ...]) -> dict[str, Any]:
         "failed": run.failed,
         "visited": _names(run.visited, names),
         "nodes": run.nodes,
+    }
+
+
+def _since(since: RunComparison, history: History) -> dict[str, Any]:
+    """Return the comparison with an earlier run; nothing but a null if there is none."""
+    if since.then is None:
+        return {"then": None}
+    return {
+        "then": since.then.id,
+        "now": since.now.id,
+        "percent_then": history.obligations.figure(since.then.visited).percent,
+        "percent_now": history.obligations.figure(since.now.visited).percent,
+        "changes": [
+            {"change": row.change, "subject": str(row.subject), "then": list(row.then), "now": list(row.now)}
+            for _, rows in change_groups(since)
+            for row in rows
+        ],
     }
 
 

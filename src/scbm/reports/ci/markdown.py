@@ -21,6 +21,7 @@ from scbm.reports.cover_advice import CampaignKind
 from scbm.reports.figure_table import FORCED_MARK, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.pictures import PICTURES
+from scbm.reports.run_changes import NO_EARLIER_RUN, change_groups, run_in_words
 from scbm.reports.status_lines import status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, replay_command
 from scbm.testing.batches.batch_summary import MAX_HAZARDS
@@ -30,8 +31,9 @@ if TYPE_CHECKING:
 
     from scbm.cases.coverage import LiftedStatuses
     from scbm.reports.missed_reasons import Missed
+    from scbm.reports.run_changes import ChangeRow
     from scbm.reports.stored_cases import Cause
-    from scbm.store import History
+    from scbm.store import History, RunComparison
 
 MAX_CHARACTERS = 65_536
 """Maximum length of a comment at GitHub; the summary of a step may be sixteen times as long."""
@@ -70,6 +72,7 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
     others = [each for each in missed if each.status is not Decision.UNDECIDED]
     blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history)]
     blocks += [*_hazards(history), _figures(history), *_requirements(history)]
+    blocks += [] if history.since is None else _since(history.since, history)
     folds = InstanceFolds.of(history.model)
     blocks += [*_missing(undecided, file, folds), *_not_needed(others, folds)]
     blocks += pictures
@@ -192,8 +195,6 @@ def _hazards(history: History) -> Iterator[str]:
 
 
 def _cause(cause: Cause, history: History) -> tuple[str, str, str]:
-    named = ", ".join(_cell(label) for label in cause.labels[:_MAX_NAMED])
-    more = len(cause.labels) - _MAX_NAMED
     command = again(cause.case, history.source.path, history.runs)
     all_of_it = "all of its run: " if cause.case.is_over_nodes else ""
     small = cause.smallest
@@ -203,9 +204,32 @@ def _cause(cause: Cause, history: History) -> tuple[str, str, str]:
     matters = "".join(f"; it matters: {_plain(choice)}" for choice in ([] if small is None else small.what_matters))
     return (
         f"**{cause.failure.kind.replace('_', ' ')}**: {_plain(cause.failure.message)}",
-        f"{named} and {more} more" if more > 0 else named,
+        _names(cause.labels),
         f"{all_of_it}{_cell(command)}{matters}" if command else "",
     )
+
+
+def _since(since: RunComparison, history: History) -> Iterator[str]:
+    """Yield the changes since an earlier run, as one table."""
+    if since.then is None:
+        yield f"### Since an earlier run\n\n{NO_EARLIER_RUN}\n"
+        return
+    then, now = (str(history.obligations.figure(run.visited)) for run in (since.then, since.now))
+    rows = [_row("SCBM-IAS", "", then, now)]
+    for change, group in change_groups(since):
+        rows += [_row(change, _cell(str(row.subject)), *_then_and_now(row)) for row in group[:_MAX_ROWS]]
+        rows += [_row(change, f"and {len(group) - _MAX_ROWS} more", "", "")] if len(group) > _MAX_ROWS else []
+    yield f"### Since the run {run_in_words(since.then)}\n\n{_table(('', '', 'then', 'now'), rows)}"
+
+
+def _then_and_now(row: ChangeRow) -> tuple[str, ...]:
+    return tuple(_plain(each[0]) if row.is_case else _names(each) for each in (row.then, row.now))
+
+
+def _names(labels: Sequence[str]) -> str:
+    """Return the first names, and the number of the others; a dash for none."""
+    more = f" and {len(labels) - _MAX_NAMED} more" if len(labels) > _MAX_NAMED else ""
+    return f"{', '.join(map(_cell, labels[:_MAX_NAMED]))}{more}" or "-"
 
 
 def _figures(history: History) -> str:

@@ -20,6 +20,7 @@ from scbm.reports.html.cell_strip import strip_rows
 from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.html.views import MAX_NAMED, ReportView, Visitors, breakable, fragment, prose
+from scbm.reports.run_changes import NO_EARLIER_RUN, run_in_words
 from scbm.reports.stored_cases import again, causes_of, place_of, replay_command, sort_of_place, why_no_smallest
 from scbm.store import Written
 
@@ -169,6 +170,8 @@ def page_environment() -> Environment:
     environment.filters["fragment"] = fragment
     environment.filters["prose"] = prose
     environment.filters["counted"] = counted
+    environment.filters["run_in_words"] = run_in_words
+    environment.globals["no_earlier_run"] = NO_EARLIER_RUN
     return environment
 
 

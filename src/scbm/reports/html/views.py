@@ -34,6 +34,7 @@ from scbm.reports.html.entries import EntryCell, missed_groups, rows_by_entry
 from scbm.reports.missed_groups import ReasonGroup, reason_groups
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.pictures import PICTURES, ReportPictures
+from scbm.reports.run_changes import change_groups
 from scbm.reports.status_lines import asserted_words, status_warnings, united_in_words
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
 from scbm.testing.batches.batch_summary import MAX_HAZARDS
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
     from scbm.reports.missed_groups import MissedRow
     from scbm.reports.missed_reasons import Missed
     from scbm.reports.pictures import PictureEntry
+    from scbm.reports.run_changes import ChangeRow
     from scbm.running.simulation.device_hazards import Hazard
     from scbm.store import History, StoredCase, StoredRun
 
@@ -362,6 +364,16 @@ class ReportView:
     def first_cases(self) -> tuple[tuple[str, StoredCase], ...]:
         """The cases that readers without scripts see, with their labels."""
         return tuple(islice(zip(self.history.labels, self.history.cases, strict=True), _UNSCRIPTED))
+
+    @cached_property
+    def labels(self) -> frozenset[str]:
+        """The names of the cases that have a page."""
+        return frozenset(self.history.labels)
+
+    @property
+    def changes(self) -> tuple[tuple[str, tuple[ChangeRow, ...]], ...]:
+        """What the last run changed since an earlier one, by the kind of change."""
+        return () if self.history.since is None else change_groups(self.history.since)
 
     @property
     def forced_mark(self) -> str:

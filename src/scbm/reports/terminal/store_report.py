@@ -26,6 +26,7 @@ from scbm.reports.figure_table import (
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.run_changes import change_groups, run_in_words
 from scbm.reports.status_lines import asserted_line, figure_lines, lifted_lines, unasserted_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
 from scbm.reports.terminal.missed_listing import is_too_long, reason_lines
@@ -88,7 +89,11 @@ def united_lines(lifted: LiftedStatuses | None, columns: int = DEFAULT_COLUMNS) 
 
 
 def _named(obligations: Obligations, bits: int) -> str:
-    names = obligations.names(bits)
+    return _first(obligations.names(bits))
+
+
+def _first(names: Sequence[str]) -> str:
+    """Return the number of names, and the first of them."""
     more = ", …" if len(names) > _MAX_NAMED else ""
     return f"{len(names)} ({', '.join(names[:_MAX_NAMED])}{more})"
 
@@ -171,11 +176,7 @@ def stored_report(
     for place in place_counts(history):
         yield Text(f"  Over nodes: {place}")
     yield from _excluded(history, columns)
-    finished = [run for run in history.runs if run.is_finished]
-    if len(finished) > 1:
-        *_, before, last = finished
-        words = "  Last run against the one before"
-        yield since_last_run(history.obligations, before, last.visited, words)
+    yield from _compared(history)
     yield Text()
     yield from figures(coverage, columns)
     yield from _failed(history)
@@ -192,6 +193,22 @@ def stored_report(
         yield Text("How to cover the rest", style="bold")
         yield command_text("  ", f"scbm report {shown_path(store)} --missing", "shows why each is missing")
         yield command_text("  ", close_command(history.source.path), "writes cases for them")
+
+
+def _compared(history: History) -> Iterator[Text]:
+    """Yield the difference between the last run and an earlier one; that before it, unless another was asked for."""
+    since = history.since
+    if since is not None:
+        words = "  Since the last run" if since.then is None else f"  Since the run {run_in_words(since.then)}"
+        yield since_last_run(history.obligations, since.then, since.now.visited, words)
+        for change, rows in change_groups(since):
+            if rows[0].is_case:
+                yield Text(f"    {change}: {_first([str(row.subject) for row in rows])}")
+        return
+    finished = [run for run in history.runs if run.is_finished]
+    if len(finished) > 1:
+        *_, before, last = finished
+        yield since_last_run(history.obligations, before, last.visited, "  Last run against the one before")
 
 
 def _excluded(history: History, columns: int) -> Iterator[Text]:
