@@ -37,7 +37,7 @@ def factory(write_report: Callable[..., Path], tmp_path_factory: pytest.TempPath
 
 
 def test_its_file_is_small_and_its_first_page_short(visit: Visit, factory: Path) -> None:
-    assert factory.stat().st_size <= 4_000_000
+    assert factory.stat().st_size <= 3_000_000
     page = visit.open(factory, viewport={"width": 1440, "height": 900})
     expect(page.locator(".page.shown details.group")).not_to_have_count(0)
     assert page.evaluate(NODES) <= 25_000

@@ -84,7 +84,7 @@ class AutomatonPicture:
             arrow(inner, route.points, *arrow_line(each.way.style, each.paint, is_thin=each.way.is_meanwhile))
         for label, route in zip(self._labels, self._layout.routes, strict=True):
             width, height = max(line.width for line in label) + 4, LINE_HEIGHT * len(label)
-            box(inner, route.label, width, height, fill=colour("bg"), stroke="none")
+            box(inner, route.label, width, height, fill=colour("bg"))
             text_lines(inner, label, Point(route.label.x, route.label.y - height / 2))
         for number, node in enumerate(self._automaton.nodes):
             self._draw_node(inner, node, number)

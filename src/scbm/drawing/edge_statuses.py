@@ -105,7 +105,7 @@ class EdgeStatuses(Struct, frozen=True):
         missed = self.missed.get(obligation)
         if missed is not None and missed.status is Decision.UNDECIDED:
             return f"missing: {missed.reason}"
-        return status.words
+        return PAINTS["missed"].words if status.decision is Decision.UNDECIDED else status.words
 
     @staticmethod
     def _paint(status: ObligationStatus) -> str:

@@ -11,7 +11,7 @@ from scbm.drawing.automaton_svg import AutomatonPicture, arrow_line
 from scbm.drawing.drawn_automata import ArrowStyle
 from scbm.drawing.edge_statuses import PAINTS
 from scbm.drawing.layered_layout import LayoutNode, Point
-from scbm.drawing.picture_parts import LINE_HEIGHT, LINE_SIZE, TextLine, arrow, text, value_box
+from scbm.drawing.picture_parts import LINE_HEIGHT, TextLine, arrow, text, value_box
 from scbm.model.visible_text import counted, escaped
 from scbm.reports.html.diagrams import add, colour, picture, written
 
@@ -60,9 +60,7 @@ def model_svg(
 
 def begin(title: str, description: str, identifier: str, *, is_alone: bool) -> Element:
     """Return an empty picture; one that stands alone has its own colours and a background."""
-    root = picture(title, description, identifier, role="group", class_="model", fill=colour("fg"))
-    fonts = {"font-family": "system-ui, 'DejaVu Sans', sans-serif", "font-size": str(LINE_SIZE)}
-    root.attrib.update(fonts | {"text-anchor": "middle"})
+    root = picture(title, description, identifier, role="group", class_="model")
     if is_alone:
         add(root, "style", files(__package__).joinpath("picture.css").read_text("utf-8"))
         add(root, "rect", width="100%", height="100%", fill=colour("bg"))

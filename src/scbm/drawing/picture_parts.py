@@ -72,10 +72,14 @@ def text(parent: Element, line: TextLine, middle: Point, size: int = LINE_SIZE, 
     holder = add(parent, "a", href=line.link) if line.link else parent
     known = {"font_size": str(size), **attributes} if size != LINE_SIZE else attributes
     shown = add(holder, "text", x=round(middle.x, 1), y=round(middle.y + size * 0.36, 1), **known)
-    last = add(shown, "title", "\n".join(map(in_one_line, (line.tooltip or line.text).split("\n"))))
+    tooltip = "\n".join(map(in_one_line, (line.tooltip or line.text).split("\n")))
+    parts = [add(shown, "title", tooltip)] if tooltip != line.label else []
     if line.mark:
-        last = add(shown, "tspan", line.mark, fill=colour(line.paint))
-    last.tail = f" {line.label}" if line.mark else line.label
+        parts.append(add(shown, "tspan", line.mark, fill=colour(line.paint)))
+    if parts:
+        parts[-1].tail = f" {line.label}" if line.mark else line.label
+    else:
+        shown.text = line.label
 
 
 def text_lines(parent: Element, lines: Sequence[TextLine], top: Point) -> None:
@@ -91,7 +95,7 @@ def box_width(label: str) -> float:
 
 def box(parent: Element, middle: Point, width: float, height: float, **attributes: str | float) -> None:
     """Add a rounded rectangle around a point."""
-    known = {"rx": "5", "fill": colour("surface"), "stroke": colour("muted"), **attributes}
+    known = {"rx": "5", "fill": colour("surface"), **attributes}
     place = {"x": middle.x - width / 2, "y": middle.y - height / 2, "width": width, "height": height}
     add(parent, "rect", "", **{name: round(value, 1) for name, value in place.items()}, **known)
 
@@ -99,7 +103,7 @@ def box(parent: Element, middle: Point, width: float, height: float, **attribute
 def value_box(parent: Element, middle: Point, size: LayoutNode, *, is_nominal: bool, is_allowed: bool) -> None:
     """Add the box of a value: thick if it is the nominal one, double if runs may begin with it."""
     stroke = colour("fg") if is_nominal or is_allowed else colour("muted")
-    box(parent, middle, *size, stroke=stroke, stroke_width=2.5 if is_nominal else 1.0)
+    box(parent, middle, *size, stroke=stroke, **({"stroke_width": 2.5} if is_nominal else {}))
     if is_allowed:
         box(parent, middle, size.width - 7, size.height - 7, fill="none", stroke=stroke, rx=3)
 
@@ -107,6 +111,8 @@ def value_box(parent: Element, middle: Point, size: LayoutNode, *, is_nominal: b
 def arrow(parent: Element, points: Sequence[Point], paint: str, width: float, dashes: str) -> None:
     """Add a smooth curve through points (a Catmull-Rom spline) with a head at its end."""
     way, control = f"M{_pair(points[0])}", points[0]
+    if len({point.x for point in points}) == 1 or len({point.y for point in points}) == 1:
+        points = (points[0], points[-1])  # all are on one line
     around = (points[0], *points, points[-1])
     for before, here, after, next_one in zip(around, around[1:], around[2:], around[3:], strict=False):
         leave = _between(Point(here.x + (after.x - before.x) / 6, here.y + (after.y - before.y) / 6), here, after)
@@ -115,7 +121,8 @@ def arrow(parent: Element, points: Sequence[Point], paint: str, width: float, da
     line = add(parent, "path", d=way, fill="none", stroke=colour(paint), stroke_width=width)
     if dashes:
         line.set("stroke-dasharray", dashes)
-        line.set("stroke-linecap", "round" if dashes.startswith("1.5") else "butt")
+    if dashes.startswith("1.5"):
+        line.set("stroke-linecap", "round")
     _head(parent, control, points[-1], paint)
 
 

@@ -128,7 +128,7 @@ def _draw_row(root: Element, row: Sequence[_StepBox], top: float, *, is_first: b
         middle = Point(x + each.width / 2, middles[each.lane])
         if before is not None:
             arrow(root, (before, Point(x, middle.y)), *arrow_line(ArrowStyle.OPERATION, ""))
-        box(root, middle, each.width, each.height)
+        box(root, middle, each.width, each.height, stroke=colour("muted"))
         text_lines(root, each.lines, Point(middle.x, middle.y - each.height / 2 + 6))
         before, x = Point(x + each.width, middle.y), x + each.width + _GAP
     return top + 6

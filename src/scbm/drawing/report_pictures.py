@@ -6,6 +6,8 @@ from itertools import accumulate
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from msgspec.structs import replace
+
 from scbm.cases.coverage import Aspect
 from scbm.drawing.automata import ModelAutomata
 from scbm.drawing.drawn_automata import drawn_automata
@@ -37,10 +39,11 @@ def automata_pictures(history: History) -> ReportPictures:
     except InputError:  # the extra is missing, the only one that a layout raises
         return ReportPictures(note="Pictures need the extra `draw`: `pip install 'scbm[draw]'`")
     found: dict[str, str] = {}
+    beside = links._replace(statuses=replace(statuses, missed={}))  # the page of an operation says why it is missing
     for number, operation in enumerate(history.model.operations):
         drawn = drawn_automata(automata, automata_of_operation(automata, operation.name), statuses)
         frame = PictureFrame(f"What {operation.name} changes", None, f"changes-{number}")
-        found |= {operation.name: model_svg(drawn, frame, links)} if drawn else {}
+        found |= {operation.name: model_svg(drawn, frame, beside)} if drawn else {}
     return ReportPictures(model, found)
 
 

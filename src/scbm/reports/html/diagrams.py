@@ -69,19 +69,27 @@ def written(root: Element) -> str:
 
 
 _WIDTH, _HEIGHT = 500, 356
-_BOX_WIDTH, _BOX_HEIGHT = 112, 50
 
-_LEFT, _MIDDLE, _RIGHT = 30, 186, 366
+_LEFT, _MIDDLE, _RIGHT = 86, 242, 422
 _PLACES = {
-    "initial": (_LEFT, 46),
-    "executing": (_MIDDLE, 46),
-    "completed": (_RIGHT, 46),
-    "failed": (_RIGHT, 148),
-    "timedout": (_RIGHT, 250),
-    "disabled": (_LEFT, 202),
+    Aspect.EXECUTING: (_MIDDLE, 68),
+    Aspect.COMPLETED: (_RIGHT, 68),
+    Aspect.FAILED: (_RIGHT, 170),
+    Aspect.TIMEDOUT: (_RIGHT, 272),
+    Aspect.DISABLED: (_LEFT, 224),
 }
-"""The coordinates of the upper left corner of each state."""
+"""Where the name of each state stands; its box is around it."""
 
+
+_COMMON_WAYS = (
+    "M142 71 H184",
+    "M298 71 H364",
+    "M50 96 V200",
+    "M142 227 H194 Q202 227 202 219 V98",
+    "M422 46 V28 Q422 20 414 20 H94 Q86 20 86 28 V44",
+    "M478 275 H492 M478 173 H484 Q492 173 492 181 V322 Q492 330 484 330 H20 Q12 330 12 322 V79 Q12 71 20 71 H28",
+)
+"""The paths of the arrows that each lifecycle has."""
 
 _MARKS = {Decision.COVERED: ("visited", "✓ "), Decision.UNDECIDED: ("missed", "✗ ")}
 """The colour and the character of the usual statuses; others have those of their own."""
@@ -90,6 +98,9 @@ _MARKS = {Decision.COVERED: ("visited", "✓ "), Decision.UNDECIDED: ("missed", 
 ARROW_HEAD = "arrow-head"
 """The identifier of the marker at the ends of arrows, which the page defines once for all pictures."""
 
+_PARTS = "lifecycle-parts"
+"""The identifier of what all lifecycles have in common."""
+
 
 def lifecycle_svg(history: History, operation_name: str) -> str:
     """Return the lifecycle of an operation as `<svg>`. Each state links to the cases that visit it.
@@ -97,36 +108,79 @@ def lifecycle_svg(history: History, operation_name: str) -> str:
     Raises `KeyError` if the model has no operation of that name.
     """
     operation = history.model.operation(operation_name)
-    counts = _counts(history, operation_name)
-    visits = ", ".join(f"{aspect} {_cases(count)}" for aspect, count in counts.items())
+    states = _states(history, operation_name)
+    number = history.model.operations.index(operation)
     title = f"Lifecycle of {operation_name}"
-    known = history.statuses.by_obligation
-    statuses = {aspect: known[Obligation(operation_name, aspect)].marked for aspect in counts}
-    others = [f"{aspect} is {status.words}" for aspect, status in statuses.items() if status not in _MARKS]
-    description = ". ".join((f"States and the cases that visited them: {visits}", *others)) + "."
-    root = picture(title, description, f"lifecycle-{operation_name}", role="group", class_="lifecycle")
+    root = picture(title, "A link for each state", f"lifecycle-{number}", role="group", class_="lifecycle")
     root.set("viewBox", f"0 0 {_WIDTH} {_HEIGHT}")
-    root.set("font-size", "13")
-    root.set("fill", colour("fg"))
-    root.set("text-anchor", "middle")
-    arrows = add(root, "g", fill="none", stroke=colour("muted"), stroke_width="1.5")
-    arrows.set("marker-end", f"url(#{ARROW_HEAD})")
-    labels = add(root, "g", fill=colour("muted"), font_size="12")
-    _arrows(_Arrows(arrows, labels), operation, _ways_to_fail(history.model, operation))
-    _box(root, "initial", None, None)
-    for aspect, count in counts.items():
-        target = f"#/cases?visits={quote(f'{operation_name}/{aspect}', safe='')}"
-        status = statuses[aspect]
-        link = add(root, "a", href=target)
-        if status not in _MARKS:
-            add(link, "title", f"{aspect}: {_cases(count)}, {status.words}")
-        _box(link, aspect, count, status)
+    add(root, "use", href=f"#{_PARTS}")
+    _arrows(_Arrows.within(root), operation, _ways_to_fail(history.model, operation))
+    for each in states:
+        link = add(root, "a", href=f"#/cases?visits={quote(f'{operation_name}/{each.aspect}', safe='')}")
+        add(link, "title", each.words)
+        add(link, "use", href=f"#{each.identifier}")
     return written(root)
 
 
-def _counts(history: History, operation: str) -> dict[Aspect, int]:
-    """Return the number of cases that visited each state."""
-    return {aspect: history.visits[Obligation(operation, aspect)] for aspect in STATE_ASPECTS}
+def lifecycle_parts(history: History) -> str:
+    """Return what lifecycles have in common, which the page defines once: hundreds of them are to stay small."""
+    root = Element("defs")
+    for operation in history.model.operations:
+        for state in _states(history, operation.name):
+            if root.find(f"g[@id='{state.identifier}']") is None:
+                state.draw(root)
+    parts = add(root, "g", id=_PARTS)
+    arrow = _Arrows.within(parts)
+    for way in _COMMON_WAYS:
+        arrow.draw(way)
+    arrow.label((55, 142), "otherwise", anchor="start")
+    arrow.label((172, 220), "pre")
+    arrow.label((254, 14), "the next operation")
+    arrow.label((254, 346), "a new plan")
+    initial = _box(parts, "muted", (_LEFT, 68))
+    add(initial, "text", "initial", y=8)
+    return written(root)
+
+
+class _LifecycleState(Struct, frozen=True):
+    """A state of an operation, with the number of cases that visited it, and its status."""
+
+    aspect: Aspect
+    count: int
+    status: Decision
+
+    @property
+    def identifier(self) -> str:
+        """The identifier of its box, which states of other operations share."""
+        return f"{self.aspect}-{self.count}-{self.status.value}"
+
+    @property
+    def words(self) -> str:
+        """What it shows, in words."""
+        return f"{self.aspect}: {_cases(self.count)}{'' if self.status in _MARKS else f', {self.status.words}'}"
+
+    def draw(self, parent: Element) -> None:
+        """Add its box: solid if visited, else dashed, in the colour of its status."""
+        paint, mark = _MARKS.get(self.status, (self.status.value, f"{STATUS_MARKS[self.status]} "))
+        box = _box(parent, paint, _PLACES[self.aspect], **({} if self.count else {"stroke-dasharray": "6 4"}))
+        box.set("id", self.identifier)
+        name = add(box, "text")
+        add(name, "tspan", mark).tail = self.aspect
+        add(box, "text", _cases(self.count), y=18)
+
+
+def _states(history: History, operation: str) -> tuple[_LifecycleState, ...]:
+    obligations = (Obligation(operation, aspect) for aspect in STATE_ASPECTS)
+    known = history.statuses.by_obligation
+    return tuple(_LifecycleState(each.aspect, history.visits[each], known[each].marked) for each in obligations)
+
+
+def _box(parent: Element, paint: str, place: tuple[int, int], **attributes: str) -> Element:
+    """Add a group in a colour around a point, with its frame."""
+    group = add(parent, "g", class_=f"state {paint}", transform=f"translate({place[0]} {place[1]})")
+    frame = add(group, "rect", x=-56, y=-22, width=112, height=50, rx=8)
+    frame.attrib.update(attributes)
+    return group
 
 
 def _cases(count: int) -> str:
@@ -141,48 +195,27 @@ def _ways_to_fail(model: BehaviorModel, operation: Operation) -> tuple[str, ...]
     return (*own, *automatic)
 
 
-def _box(parent: Element, state: str, count: int | None, status: Decision | None) -> None:
-    """Add a state: solid if visited, else dashed, in the colour of its status; grey if coverage does not count it."""
-    x, y = _PLACES[state]
-    paint, mark = ("muted", "") if status is None else _MARKS.get(status, (status.value, f"{STATUS_MARKS[status]} "))
-    # the parts inherit the colour, so that the pages of hundreds of operations stay small
-    group = add(parent, "g", class_=f"state {paint}", color=colour(paint), transform=f"translate({x} {y})")
-    frame = add(group, "rect", width=_BOX_WIDTH, height=_BOX_HEIGHT, rx=8, stroke="currentColor", stroke_width=2)
-    frame.set("fill", "none" if count is None else "currentColor")
-    frame.set("fill-opacity", "0.12")
-    if count == 0:
-        frame.set("stroke-dasharray", "6 4")
-    name = add(group, "text", x=_BOX_WIDTH / 2, y=30 if count is None else 22, font_weight="600")
-    add(name, "tspan", mark, fill="currentColor").tail = state
-    if count is not None:
-        add(group, "text", _cases(count), x=_BOX_WIDTH / 2, y=40)
-
-
 def _arrows(arrow: _Arrows, operation: Operation, failing: tuple[str, ...]) -> None:
-    """Add the transitions as arrows with labels; dotted if the model can never take them."""
-    arrow.draw("M142 71 H184", (163, 64), "pre", tooltip=str(operation.pre))
-    arrow.draw("M298 71 H364", (331, 64), "post", tooltip=str(operation.post))
-    arrow.draw("M50 96 V200", (55, 142), "otherwise", anchor="start")
-    arrow.draw("M142 227 H194 Q202 227 202 219 V98", (172, 220), "pre")
+    """Add the transitions of an operation as arrows with labels; dotted if the model can never take them."""
+    arrow.label((163, 64), "pre", tooltip=str(operation.pre))
+    arrow.label((331, 64), "post", tooltip=str(operation.post))
     if operation.disabled_deadline_ns is not None:
         after = format_duration(operation.disabled_deadline_ns)
         tooltip = "the disabled deadline has passed: the runner asks for a new plan"
-        arrow.draw("M126 202 V98", (131, 168), "after", after, anchor="start", tooltip=tooltip)
-    way = "M262 96 V165 Q262 173 270 173 H364"
+        arrow.draw("M126 202 V98")
+        arrow.label((131, 168), "after", after, anchor="start", tooltip=tooltip)
+    arrow.draw("M262 96 V165 Q262 173 270 173 H364", dotted=not failing)
     if failing:
         words = [] if operation.failed is None else ["failed"]
         words += ["automatic"] if len(failing) > len(words) else []
-        arrow.draw(way, (314, 166), *words, tooltip=", ".join(failing))
+        arrow.label((314, 166), *words, tooltip=", ".join(failing))
     else:
-        arrow.draw(way, (314, 166), "injections", "only", tooltip="no transition of the model fails it", dotted=True)
-    way = "M226 96 V267 Q226 275 234 275 H364"
+        arrow.label((314, 166), "injections", "only", tooltip="no transition of the model fails it")
+    arrow.draw("M226 96 V267 Q226 275 234 275 H364", dotted=operation.deadline_ns is None)
     if operation.deadline_ns is not None:
-        arrow.draw(way, (298, 268), f"deadline {format_duration(operation.deadline_ns)}")
+        arrow.label((298, 268), f"deadline {format_duration(operation.deadline_ns)}")
     else:
-        arrow.draw(way, (298, 268), "no deadline", tooltip="it never times out", dotted=True)
-    arrow.draw("M422 46 V28 Q422 20 414 20 H94 Q86 20 86 28 V44", (254, 14), "the next operation")
-    back = "M478 173 H484 Q492 173 492 181 V322 Q492 330 484 330 H20 Q12 330 12 322 V79 Q12 71 20 71 H28"
-    arrow.draw(f"M478 275 H492 {back}", (254, 346), "a new plan")
+        arrow.label((298, 268), "no deadline", tooltip="it never times out")
 
 
 class _Arrows(Struct, frozen=True):
@@ -191,19 +224,19 @@ class _Arrows(Struct, frozen=True):
     arrows: Element
     labels: Element
 
-    def draw(
-        self,
-        way: str,
-        place: tuple[int, int],
-        *lines: str,
-        anchor: str = "middle",
-        tooltip: str = "",
-        dotted: bool = False,
-    ) -> None:
-        """Add an arrow along a path, with lines of text below each other from `place` on."""
+    @staticmethod
+    def within(parent: Element) -> _Arrows:
+        """Return the two groups, added to an element."""
+        return _Arrows(add(parent, "g", class_="arrows"), add(parent, "g", class_="labels"))
+
+    def draw(self, way: str, *, dotted: bool = False) -> None:
+        """Add an arrow along a path."""
         line = add(self.arrows, "path", d=way)
         if dotted:
             line.set("stroke-dasharray", "2 4")
+
+    def label(self, place: tuple[int, int], *lines: str, anchor: str = "middle", tooltip: str = "") -> None:
+        """Add lines of text below each other from `place` on."""
         x, y = place
         first, *others = lines
         label = add(self.labels, "text", first, x=x, y=y)

@@ -17,7 +17,7 @@ from scbm.cases.coverage import growth, only_by
 from scbm.model.visible_text import counted, escaped, escaped_data
 from scbm.reports.figure_table import STATUS_MARKS
 from scbm.reports.html.cell_strip import strip_rows
-from scbm.reports.html.diagrams import growth_svg
+from scbm.reports.html.diagrams import growth_svg, lifecycle_parts
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.html.views import MAX_NAMED, ReportView, Visitors, breakable, fragment, prose
 from scbm.reports.run_changes import NO_EARLIER_RUN, run_in_words
@@ -138,6 +138,7 @@ def html_report(
     visitors = Visitors.of(history)
     executions = _executions(history, _with_timelines(history, visitors), replay, progress)
     text = environment.get_template("page.html.j2").render(
+        lifecycle_parts=Markup(lifecycle_parts(history)),  # noqa: S704 - our own SVG, in which names are escaped
         report=ReportView(history, visitors),
         growth=Markup(growth_svg(history)),  # noqa: S704 - our own SVG, in which names are escaped
         styles=[verbatim(environment, name) for name in _STYLES],

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from scbm.cases.coverage import STATE_ASPECTS, Decision, Obligation, Statuses, StatusProof
 from scbm.files import load_model
 from scbm.model import Action, BehaviorModel
-from scbm.reports.html.diagrams import lifecycle_svg
+from scbm.reports.html.diagrams import lifecycle_parts, lifecycle_svg
 from scbm.store import History
 from support.histories import EXAMPLE, history_of
 from support.wording import Wording
@@ -24,7 +24,15 @@ def history() -> History:
 
 
 def _parsed(history: History, operation: str) -> etree._Element:
-    return etree.fromstring(lifecycle_svg(history, operation))
+    """Return the lifecycle of an operation, with the common parts that it refers to."""
+    root = etree.fromstring(lifecycle_svg(history, operation))
+    found = etree.fromstring(f'<svg xmlns="{SVG[1:-1]}">{lifecycle_parts(history)}</svg>')
+    parts = {part.get("id"): part for part in found.iterfind(f"{SVG}defs/{SVG}g")}
+    for use in root.findall(f".//{SVG}use"):
+        holder = use.getparent()
+        assert holder is not None
+        holder.replace(use, etree.fromstring(etree.tostring(parts[(use.get("href") or "")[1:]])))
+    return root
 
 
 def _states(root: etree._Element) -> dict[str, tuple[str, etree._Element]]:
@@ -137,4 +145,3 @@ def test_a_state_has_the_mark_and_the_colour_of_its_status(history: History) -> 
     assert words == "\N{MULTIPLICATION SIGN} timedout no case"
     assert link.findtext("{*}title") == "timedout: no case, uncoverable"
     assert [group.get("class") for group in link.findall(f"{SVG}g")] == ["state uncoverable"]
-    assert "timedout is uncoverable." in " ".join(_texts(root))
