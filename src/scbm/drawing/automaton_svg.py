@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 _MAX_LINES = 4
 """Maximum number of makers that the label of an arrow names; its tooltip names all."""
 
+_OUTSIDE = "6 2 1.5 2 1.5 2"
+"""The pattern of the lines of the environment, which no status has."""
+
 _HEIGHT, _MARGIN, _TITLE_HEIGHT = 24, 12, 26
 OTHER = TextLine("any other", tooltip="any other value")
 
@@ -40,8 +43,8 @@ OTHER = TextLine("any other", tooltip="any other value")
 def arrow_line(style: ArrowStyle, paint: str, *, is_thin: bool = False) -> tuple[str, float, str]:
     """Return the colour, the width and the pattern of the line of an arrow."""
     found = PAINTS.get(paint, NO_PAINT)
-    dashes = {ArrowStyle.OPERATION: found.dashes, ArrowStyle.AUTOMATIC: found.dots, ArrowStyle.OUTSIDE: "7 4"}[style]
-    return paint or "muted", 0.8 if is_thin else 2.2 if paint == "visited" else 1.6, dashes
+    patterns = {ArrowStyle.OPERATION: found.dashes, ArrowStyle.AUTOMATIC: found.dots, ArrowStyle.OUTSIDE: _OUTSIDE}
+    return paint or "muted", 0.8 if is_thin else 2.2 if paint == "visited" else 1.6, patterns[style]
 
 
 class AutomatonPicture:

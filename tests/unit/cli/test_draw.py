@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     Scbm = Callable[..., Ran]
 
+pytest.importorskip("quickjs", reason="the extra `draw` is not installed")
+
 AIR = "examples/robot_in_the_air/before.yaml"
 LAMP = """
 behavior_model: lamp

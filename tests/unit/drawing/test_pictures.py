@@ -17,8 +17,9 @@ from msgspec.structs import replace
 from scbm.cases.coverage import Aspect, Decision, Obligation, Statuses, StatusProof
 from scbm.drawing import layered_layout
 from scbm.drawing.automata import ModelAutomata
-from scbm.drawing.drawn_automata import drawn_automata
-from scbm.drawing.edge_statuses import EdgeStatuses
+from scbm.drawing.automaton_svg import arrow_line
+from scbm.drawing.drawn_automata import ArrowStyle, drawn_automata
+from scbm.drawing.edge_statuses import PAINTS, EdgeStatuses
 from scbm.drawing.label_widths import label_of, label_width
 from scbm.drawing.layered_layout import LayoutEdge, LayoutNode, lay_out
 from scbm.drawing.model_picture import Picture, automata_picture, plan_picture
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     Golden = Callable[[str, str], None]
+
+pytest.importorskip("quickjs", reason="the extra `draw` is not installed")
 
 ROOT = Path(__file__).parents[3]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -212,3 +215,13 @@ def test_a_click_leads_to_the_row_of_its_obligation() -> None:
     targets = {link.get("href") for link in svg.iter(f"{SVG}a")}
     assert len(targets) == 19
     assert all(f'<tr id="{str(target)[1:]}">' in page for target in targets)
+
+
+def test_each_kind_of_line_has_a_pattern_of_its_own_without_colours() -> None:
+    """The three ways to be proved share one; their marks and colours differ."""
+    styles = (ArrowStyle.OPERATION, ArrowStyle.AUTOMATIC)
+    paints = ("visited", "missed", "forced", "uncoverable")
+    patterns = [arrow_line(style, paint)[2] for style in styles for paint in paints]
+    patterns.append(arrow_line(ArrowStyle.OUTSIDE, "")[2])
+    assert len(dict.fromkeys(patterns)) == len(patterns)
+    assert len(dict.fromkeys(paint.mark for paint in PAINTS.values())) == len(PAINTS)

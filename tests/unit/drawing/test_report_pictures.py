@@ -21,6 +21,8 @@ from support.histories import EXAMPLE, history_of
 if TYPE_CHECKING:
     from support.wording import Wording
 
+pytest.importorskip("quickjs", reason="the extra `draw` is not installed")
+
 BEFORE = EXAMPLE / "before.yaml"
 TITLE = re.compile(r"<details><summary>What changes (.*?)</summary>")
 
