@@ -216,3 +216,11 @@ def test_a_report_in_another_directory_suggests_commands_with_paths_that_exist(
     moved.parent.mkdir()
     copyfile(f"copy/{FILES['store']}", moved)
     wording(scbm("report", moved).err)
+
+
+def test_a_report_says_that_the_file_of_a_case_is_gone(folder: Path, scbm: Scbm, wording: Wording) -> None:
+    (folder / FILES["case"]).unlink()
+    ran = scbm("report", FILES["store"], "--html", "r.html")
+    assert ran.code == 0
+    wording(ran.err)
+    assert "case: c" in Path("r.html").read_text(encoding="utf-8")

@@ -106,19 +106,22 @@ def _with_found_files(history: History, store: Path) -> History:
     if all(path == there for path, there in found.items()):
         return history
     runs = (replace(run, source=replace(run.source, path=found[run.source.path])) for run in history.runs)
-    cases = (
-        replace(case, recipe=replace(case.recipe, path=found[case.recipe.path]))
-        if isinstance(case.recipe, Written)
-        else case
-        for case in history.cases
-    )
-    return replace(history, runs=tuple(runs), cases=tuple(cases))
+    return replace(history, runs=tuple(runs), cases=tuple(_with_paths(case, found) for case in history.cases))
+
+
+def _with_paths(case: StoredCase, found: Mapping[str, str]) -> StoredCase:
+    """Return a case with other paths of its file and of its smallest cases."""
+    recipe = case.recipe
+    if isinstance(recipe, Written):
+        recipe = replace(recipe, path=found[recipe.path])
+    return replace(case, recipe=recipe, smallest=tuple(replace(s, path=found.get(s.path, "")) for s in case.smallest))
 
 
 def _stored_paths(history: History) -> tuple[dict[str, None], dict[str, None]]:
-    """Return the paths of the models, and those of the case files."""
+    """Return the paths of the models, and those of the case files, with those of smallest cases."""
     files = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
-    return dict.fromkeys(run.source.path for run in history.runs), dict.fromkeys(files)
+    smallest = (each.path for case in history.cases for each in case.smallest if each.path)
+    return dict.fromkeys(run.source.path for run in history.runs), dict.fromkeys((*files, *smallest))
 
 
 def write_formats(wanted: ReportFiles, history: History, writer: FileWriter) -> list[str]:
@@ -212,7 +215,7 @@ def command(
         parts += [smallest_report(history, cover)] if cover is not None else []
         results().lines(_apart(parts or [stored_report(history, str(store), columns, shows_all=shows_all)]))
         if save is None:  # else the error is about that
-            _report_missing_model(history)
+            _report_missing_file(history)
     is_saved = save is None or cover is None or _save(history, cover.chosen, save, writer)
     written = write_formats(wanted, history, writer)
     if written:
@@ -238,12 +241,15 @@ def _earlier_run(history: History, wanted: str) -> StoredRun | None:
     return found[0]
 
 
-def _report_missing_model(history: History) -> None:
-    """Say where the suggested commands find the model, if it is neither here nor beside the store."""
-    path = history.source.path
-    if not os.path.isfile(path):  # noqa: PTH113 - a path too long is none, and no error
-        message = f"scbm: there is no model file {path} here nor beside the store"
-        errors().line(f"{message}: run the suggested commands in the directory in which the store was filled")
+def _report_missing_file(history: History) -> None:
+    """Say where the suggested commands work, if a file that they name is neither here nor beside the store."""
+    for noun, paths in (("model file", [history.source.path]), ("case file", list(_stored_paths(history)[1]))):
+        gone = [path for path in paths if not os.path.isfile(path)]  # noqa: PTH113 - as above
+        if gone:
+            more = f" nor {len(gone) - 1} more" if len(gone) > 1 else ""
+            message = f"scbm: there is no {noun} {gone[0]}{more} here nor beside the store"
+            errors().line(f"{message}: run the suggested commands in the directory in which the store was filled")
+            return
 
 
 def _smallest(history: History) -> Cover:
