@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from scbm.reports.html import html_report
 from scbm.store import History, Replays, StoredCase
 from scbm.testing import Execution, RandomCases
+from support.flat_factory import flat_factory
 from support.histories import EXAMPLE, history_of, since_another_run
 from support.loops import PAGE_GUARD_S
 from support.real_runs import with_real_runs
@@ -47,6 +48,9 @@ goals:
 requirements:
   open_while_pumping: always pump == on -> valve == open
 """
+
+OPERATIONS = 314
+"""The number of operations of a large model."""
 
 
 @dataclass
@@ -95,6 +99,14 @@ def write_report(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path
         return path
 
     return write
+
+
+@pytest.fixture(scope="session")
+def factory(write_report: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the report of ten random cases of a factory with 314 operations."""
+    model = tmp_path_factory.mktemp("factory") / "factory.yaml"
+    model.write_text(flat_factory(OPERATIONS), encoding="utf-8")
+    return write_report(history_of(model, 10))
 
 
 @pytest.fixture(scope="session")

@@ -11,11 +11,24 @@ import pytest
 pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from playwright.sync_api import Page
 
     from browser.conftest import Visit
+    from conftest import Ran
+
+    Scbm = Callable[..., Ran]
 
 pytestmark = pytest.mark.browser
+
+LAMP = """
+behavior_model: lamp
+variables: {on: {domain: bool, initial: false}, count: {domain: 0..3, initial: 0}}
+operations:
+  switch: {pre: {g: on == false && count < 3}, post: {g: true, a: [on <- true, count += 1]}}
+goals: {lit: on == true}
+"""
 
 ROUTES = (
     "missing",
@@ -66,16 +79,40 @@ AXE = """async () => {
 @pytest.mark.parametrize("width", [1440, 390])
 def test_axe_finds_no_violation_on_any_page(visit: Visit, before: Path, failing: Path, scheme: str, width: int) -> None:
     """Check all pages with axe-core, which the package `axe-playwright-python` brings."""
-    source = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
     failed = ("missing", "findings", "since", "cases?failed", "case/seed-1-case-2", "case/seed-1-case-2/step/3")
     for report, routes in ((before, (*ROUTES, "nothing")), (failing, failed)):
         page = visit.open(report, color_scheme=scheme, viewport={"width": width, "height": 900})
-        page.evaluate(source)
-        for route in routes:
-            page.evaluate(f"location.hash = '#/{route}'")
-            page.locator(".page.shown h1").first.wait_for()
-            page.evaluate("document.querySelectorAll('.page.shown details').forEach(each => { each.open = true; })")
-            assert page.evaluate(AXE) == [], route
+        assert violations(page, *routes) == {}
+
+
+def violations(page: Page, *routes: str) -> dict[str, list[str]]:
+    """Return the rules of axe-core that pages of a report break."""
+    page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8"))
+    found = {}
+    for route in routes:
+        page.evaluate(f"location.hash = '#/{route}'")
+        page.locator(".page.shown h1").first.wait_for()
+        page.evaluate("document.querySelectorAll('.page.shown details').forEach(each => { each.open = true; })")
+        found[route] = page.evaluate(AXE)
+    return {route: broken for route, broken in found.items() if broken}
+
+
+def test_axe_finds_no_violation_on_pages_of_a_large_model(visit: Visit, factory: Path) -> None:
+    page = visit.open(factory)
+    assert violations(page, "operation/line_1_station_01_load") == {}
+    page.evaluate("location.hash = '#/missing'")
+    assert page.evaluate(AXE) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_violation_among_mutants(visit: Visit, scbm: Scbm, tmp_path: Path, scheme: str) -> None:
+    model, page = tmp_path / "lamp.yaml", tmp_path / "mutants.html"
+    model.write_text(LAMP, encoding="utf-8")
+    assert scbm("mutate", model, "--cases", "2", "--html", page).code == 0
+    shown = visit.open(page, color_scheme=scheme)
+    shown.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8"))
+    shown.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+    assert shown.evaluate(AXE) == []
 
 
 def wrong(page: Page) -> dict[str, list[str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,29 +10,19 @@ import pytest
 pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
 from playwright.sync_api import expect
 
-from support.flat_factory import flat_factory
-from support.histories import history_of
+from browser.conftest import OPERATIONS
 
 if TYPE_CHECKING:
     from browser.conftest import Visit
 
 pytestmark = pytest.mark.browser
 
-OPERATIONS = 314
 NODES = """(() => {
   const walker = document.createTreeWalker(document, NodeFilter.SHOW_ALL);
   let count = 0;
   while (walker.nextNode()) count += 1;
   return count;
 })()"""
-
-
-@pytest.fixture(scope="session")
-def factory(write_report: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the report of ten random cases of a factory with 314 operations."""
-    model = tmp_path_factory.mktemp("factory") / "factory.yaml"
-    model.write_text(flat_factory(OPERATIONS), encoding="utf-8")
-    return write_report(history_of(model, 10))
 
 
 def test_its_file_is_small_and_its_first_page_short(visit: Visit, factory: Path) -> None:
