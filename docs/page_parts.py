@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from inspect import cleandoc
 from pathlib import Path
 from typing import Any, cast, get_args
+
+from ruamel.yaml import YAML
 
 from scbm.cases.trace.records import Record
 from scbm.cli.application import verb_options
@@ -27,7 +30,8 @@ from scbm.planning.planners import PLANNERS
 from scbm.plugins.pytest import pytest_addoption
 from scbm.store.store_schema import TABLES
 
-SOURCE = Path(__file__).parents[1] / "src" / "scbm"
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "scbm"
 
 MAPPINGS = {
     keys.title(): keys
@@ -147,6 +151,24 @@ def _modules(_: str) -> str:
     return "\n".join(lines)
 
 
+def _contracts(_: str) -> str:
+    """Return a list of the contracts about imports."""
+    configuration = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    return "".join(f"- {each['name']}.\n" for each in configuration["tool"]["importlinter"]["contracts"])
+
+
+def _library(_: str) -> str:
+    """Return the table of the parts that come with `scbm`: their comments, variables and parameters."""
+    rows = []
+    for path in sorted((SOURCE / "files" / "parts").glob("*.yaml")):
+        text = path.read_text(encoding="utf-8")
+        comment = " ".join(re.findall(r"^# (.*)$", text.partition("\npart:")[0], re.MULTILINE))
+        part = YAML(typ="safe").load(text)
+        names = (", ".join(f"`{name}`" for name in part[section]) for section in ("variables", "parameters"))
+        rows.append(f"| `scbm:{path.stem}` | {comment} | {' | '.join(names)} |\n")
+    return "".join(["\n| use | what it is | variables | parameters |\n| --- | --- | --- | --- |\n", *rows])
+
+
 def _packages() -> list[Path]:
     """Return the packages of the project as directories, each followed by those inside it."""
     found = sorted(path.parent.relative_to(SOURCE) for path in SOURCE.rglob("__init__.py"))
@@ -163,7 +185,9 @@ def summary(path: Path) -> str:
 
 
 PARTS = {
+    "contracts": _contracts,
     "keys": _keys,
+    "library": _library,
     "messages": _messages,
     "modules": _modules,
     "operators": _operators,
