@@ -16,7 +16,7 @@ from scbm.cases.injections import CONDITIONS
 from scbm.files import parse_duration
 from scbm.model import Outcome, format_duration, format_value
 from scbm.model.variables import NO_OPERATION
-from scbm.web.request_rules import changed_rules
+from scbm.web.outcome_rules import changed_rules
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from scbm.web.case_edits import CASE_EDITS
-from scbm.web.request_rules import changed_rules
+from scbm.web.outcome_rules import changed_rules
 from support.consoles import CELL, COMMENTED, ConsoleClient, near_console
 
 if TYPE_CHECKING:
