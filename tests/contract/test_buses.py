@@ -331,7 +331,7 @@ def test_a_call_is_answered_once_with_the_number_it_had(make_bus: MakeBus) -> No
         matched, answers = Kept[int](), Kept[Answered]()
         client = ours.client(Service("/light", SET_BOOL), answers, matched)
         theirs.serve(
-            Service("/light", SET_BOOL), lambda asked: {"success": asked["data"], "message": f"was {asked['data']}"}
+            Service("/light", SET_BOOL), lambda asked: {"success": asked.data, "message": f"was {asked.data}"}
         )
         await matched.ends_with(1)
         calls = [client.call({"data": number % 2 == 0}) for number in range(50)]

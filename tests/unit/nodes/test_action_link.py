@@ -1,4 +1,4 @@
-"""Requests as goals of actions, over the loopback: sent once and in turn, and cancelled though nobody waits."""
+"""Requests as goals of actions, over the loopback: sent once and in turn, and cancelled though no driver waits."""
 
 from __future__ import annotations
 
