@@ -330,9 +330,7 @@ def test_a_call_is_answered_once_with_the_number_it_had(make_bus: MakeBus) -> No
         ours, theirs = make_bus("ours"), make_bus("theirs")
         matched, answers = Kept[int](), Kept[Answered]()
         client = ours.client(Service("/light", SET_BOOL), answers, matched)
-        theirs.serve(
-            Service("/light", SET_BOOL), lambda asked: {"success": asked.data, "message": f"was {asked.data}"}
-        )
+        theirs.serve(Service("/light", SET_BOOL), lambda asked: {"success": asked.data, "message": f"was {asked.data}"})
         await matched.ends_with(1)
         calls = [client.call({"data": number % 2 == 0}) for number in range(50)]
         await answers.first(50)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from scbm.cases import Case, Expectations
-from scbm.cases.coverage import Coverage, Obligation, Obligations, ProofEngine, visited_by
+from scbm.cases.coverage import Coverage, Obligation, Obligations, visited_by
 from scbm.cases.trace import End, ends_of, ranges_of_goals
 from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.other_plans import suggest_other_plans
@@ -441,7 +441,7 @@ class Closer:
         proof, by_force = proofs.find(obligation), visitors.any(bit)
         if proof is not None:
             decision = Decision.UNCOVERABLE if proof.plans is PlanSet.ANY else Decision.EXCLUDED
-            return Decided(obligation, decision, proof.reason, by_force, proof.certificate, ProofEngine(proof.kind))
+            return Decided(obligation, decision, proof.reason, by_force, proof.certificate, proof.kind)
         return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, self._open_runs, bit), by_force)
 
     def _how(self, obligation: Obligation, name: str, cases: Sequence[ClosingCase]) -> str:

@@ -35,7 +35,7 @@ def closing_json(result: ClosingResult) -> dict[str, Any]:
         "after": _figure(closing.after.figure),
         "coverable": _figure(closing.coverable),
         "forced": closing.forced,
-        "engines": {engine.value: count for engine, count in closing.engines.items()},
+        "engines": closing.engines,
         "decisions": {decision.value: count for decision, count in closing.counts.items()},
         "obligations": [decided_json(decided, output) for decided in counted],
         "queued": [decided_json(decided, output) for decided in queued],
@@ -66,7 +66,7 @@ def decided_json(decided: Decided, output: ClosingFiles | None = None) -> dict[s
     if decided.certificate is not None:
         data["certificate"] = decided.certificate if output is None else str(output.certificates[decided.certificate])
     if decided.engine is not None:
-        data["engine"] = decided.engine.value
+        data["engine"] = decided.engine
     return data | {"reason": decided.reason}
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.cases import Case
-    from scbm.cases.coverage import Coverage, Figure, Obligation, ProofEngine
+    from scbm.cases.coverage import Coverage, Figure, Obligation
     from scbm.model import BehaviorModel, Predicate, Waiver
     from scbm.proofcheck import Certificate
     from scbm.testing import Campaign, Execution
@@ -64,7 +64,7 @@ class Decided(Struct, frozen=True):
     reason: str
     case: str | None = None
     certificate: str | None = None
-    engine: ProofEngine | None = None
+    engine: str | None = None
 
     @property
     def is_forced(self) -> bool:
@@ -252,7 +252,7 @@ class Closing(Struct, frozen=True):
         return count_statuses(found.decision for found in self.decided if found.obligation.counts)
 
     @property
-    def engines(self) -> dict[ProofEngine, int]:
+    def engines(self) -> dict[str, int]:
         """The number of obligations of each engine that proved something about some, without *queued*."""
         return count_engines(found.engine for found in self.decided if found.obligation.counts)
 

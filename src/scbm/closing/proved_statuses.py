@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from scbm.cases.coverage import Decision, ProofEngine, Statuses, StatusProof, WaiverReview
+from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
 from scbm.cases.coverage.assumptions import assumptions
 from scbm.closing.certificate_files import proved_status
 from scbm.model import GoalOrder
@@ -94,7 +94,7 @@ def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:
     file = checked.file
     status, kind = proved_status(file.certificate), file.certificate.argument.kind
     for claim in checked.obligations:
-        yield claim, StatusProof(status, file.reasons[claim], str(file.path), ProofEngine(kind))
+        yield claim, StatusProof(status, file.reasons[claim], str(file.path), kind)
 
 
 def with_waivers(closing: Closing, waivers: WaiverReview) -> Closing:

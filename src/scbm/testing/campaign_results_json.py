@@ -189,7 +189,7 @@ def statuses_json(statuses: Statuses) -> dict[str, Any]:
         "coverable": _figure(figure) | {"percent": figure.percent},
         "forced": statuses.forced,
         "counts": {status.value: count for status, count in statuses.counts.items()},
-        "engines": {engine.value: count for engine, count in statuses.engines.items()},
+        "engines": statuses.engines,
         "obligations": [
             {
                 "name": str(entry.obligation),
@@ -197,7 +197,7 @@ def statuses_json(statuses: Statuses) -> dict[str, Any]:
                 "reason": entry.reason,
                 "is_forced": entry.is_forced,
                 "certificate": entry.certificate,
-                "engine": None if entry.engine is None else entry.engine.value,
+                "engine": entry.engine,
             }
             for entry in special
         ],

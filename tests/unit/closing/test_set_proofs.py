@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from scbm.cases.coverage import Obligations, ProofEngine
+from scbm.cases.coverage import Obligations
 from scbm.closing import CloseLimits, Closer, Decision
 from scbm.closing.decisions import Stage
 from scbm.closing.symbolic import decision_diagrams
@@ -81,9 +81,7 @@ def test_closing_uses_a_set_where_situations_are_too_many() -> None:
     by_set = {str(d.obligation) for d in closing.decided if d.certificate == "sets"}
     assert {"move/disabled", "wait/queued"} & by_set
     assert all(d.decision is Decision.UNCOVERABLE for d in closing.decided if d.certificate == "sets")
-    assert closing.engines[ProofEngine.SETS] == sum(
-        d.certificate == "sets" and d.obligation.counts for d in closing.decided
-    )
+    assert closing.engines["sets"] == sum(d.certificate == "sets" and d.obligation.counts for d in closing.decided)
     certificate = dict(closing.certificates)["sets"]
     assert by_set == set(certificate.claims)
     assert check_certificate(certificate, model) == ()

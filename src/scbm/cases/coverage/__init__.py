@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         lifted_names,
     )
     from scbm.cases.coverage.obligations import STATE_ASPECTS, Aspect, Figure, Obligation, Obligations
-    from scbm.cases.coverage.proof_engines import ProofEngine, count_engines, engine_counts_in_words
+    from scbm.cases.coverage.proof_engines import count_engines, engine_counts_in_words, engine_words
     from scbm.cases.coverage.set_cover import Cover, smallest_cover
     from scbm.cases.coverage.statuses import (
         FORCED_NOTE,
@@ -81,7 +81,6 @@ __all__ = [
     "Obligation",
     "ObligationStatus",
     "Obligations",
-    "ProofEngine",
     "StatusProof",
     "Statuses",
     "Threshold",
@@ -92,6 +91,7 @@ __all__ = [
     "count_statuses",
     "coverable_figure",
     "engine_counts_in_words",
+    "engine_words",
     "first_missed",
     "forced_count_in_words",
     "growth",
@@ -115,7 +115,7 @@ __getattr__ = lazy_exports(
             "InstanceFolds LiftedStatus LiftedStatuses ObjectListVisits first_missed instances_of lifted_names"
         ),
         "obligations": "STATE_ASPECTS Aspect Figure Obligation Obligations",
-        "proof_engines": "ProofEngine count_engines engine_counts_in_words",
+        "proof_engines": "count_engines engine_counts_in_words engine_words",
         "coverage_thresholds": "ASSERTED COVERABLE KINDS LIFTED Threshold",
         "set_cover": "Cover smallest_cover",
         "statuses": (

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from scbm.cases.coverage.obligations import Obligation, Obligations
-    from scbm.cases.coverage.proof_engines import ProofEngine
     from scbm.cases.coverage.visits import Coverage
     from scbm.model import Waiver
 
@@ -71,7 +70,7 @@ class StatusProof(Struct, frozen=True):
     decision: Decision
     reason: str
     certificate: str
-    engine: ProofEngine | None = None
+    engine: str | None = None
 
 
 class WaiverReview(Struct, frozen=True):
@@ -126,7 +125,7 @@ class ObligationStatus(Struct, frozen=True):
     reason: str = ""
     certificate: str | None = None
     is_visited: bool = False
-    engine: ProofEngine | None = None
+    engine: str | None = None
 
     @property
     def is_forced(self) -> bool:
@@ -214,7 +213,7 @@ class Statuses(Struct, frozen=True, dict=True):
         return count_statuses(entry.decision for entry in self.entries if entry.obligation.counts)
 
     @cached_property
-    def engines(self) -> dict[ProofEngine, int]:
+    def engines(self) -> dict[str, int]:
         """The number of obligations of each engine that proved the status of some, without *queued*."""
         return count_engines(entry.engine for entry in self.entries if entry.obligation.counts)
 

@@ -8,7 +8,7 @@ import typer
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from scbm.cases.coverage import ProofEngine
+from scbm.cases.coverage import engine_words
 from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
@@ -261,8 +261,8 @@ def _sizes(checked: CheckedCertificate) -> list[str]:
     if certificate.is_about_requirements:
         sizes = [counted(len(certificate.claims), "requirement")]
     else:
-        engine = ProofEngine(certificate.argument.kind)
-        sizes = [f"{counted(len(certificate.claims), 'obligation')} by {engine.words}"]
+        words = engine_words(certificate.argument.kind)
+        sizes = [f"{counted(len(certificate.claims), 'obligation')} by {words}"]
     situations = checked.situations
     return sizes if situations is None else [*sizes, f"{counted(situations, 'situation')} checked"]
 

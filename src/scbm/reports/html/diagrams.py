@@ -142,7 +142,7 @@ def lifecycle_parts(history: History) -> str:
     return written(root)
 
 
-class _LifecycleState(Struct, frozen=True):
+class _ShownState(Struct, frozen=True):
     """A state of an operation, with the number of cases that visited it, and its status."""
 
     aspect: Aspect
@@ -169,10 +169,10 @@ class _LifecycleState(Struct, frozen=True):
         add(box, "text", _cases(self.count), y=18)
 
 
-def _states(history: History, operation: str) -> tuple[_LifecycleState, ...]:
+def _states(history: History, operation: str) -> tuple[_ShownState, ...]:
     obligations = (Obligation(operation, aspect) for aspect in STATE_ASPECTS)
     known = history.statuses.by_obligation
-    return tuple(_LifecycleState(each.aspect, history.visits[each], known[each].marked) for each in obligations)
+    return tuple(_ShownState(each.aspect, history.visits[each], known[each].marked) for each in obligations)
 
 
 def _box(parent: Element, paint: str, place: tuple[int, int], **attributes: str) -> Element:
