@@ -308,6 +308,6 @@ def visits_in_words(figure: Figure, forced: int, mark: str) -> str:
 
 
 def status_counts_in_words(counts: Mapping[Decision, int]) -> str:
-    """Return `76 covered, 10 uncoverable, 0 undecided of 86`; the other statuses are named if there are any."""
+    """Return `86: 76 covered, 10 uncoverable, 0 undecided`; the other statuses are named if there are any."""
     shown = [f"{count} {status.words}" for status, count in counts.items() if count or status.is_always_counted]
-    return f"{', '.join(shown)} of {sum(counts.values())}"
+    return f"{sum(counts.values())}: {', '.join(shown)}"
