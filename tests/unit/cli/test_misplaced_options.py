@@ -35,7 +35,8 @@ def test_the_store_of_the_command_line_is_named(scbm: Callable[..., Ran]) -> Non
 
 def test_an_option_of_other_verbs_names_them(scbm: Callable[..., Ran]) -> None:
     error = _words(scbm("check", CELL, "--store", "st.db"))
-    assert "`--store` is an option of `scbm draw`, `scbm test`" in error
+    assert "`--store` is an option of `scbm " in error
+    assert "`scbm test`" in error
     assert "`scbm mutate`" in error
     assert "Possible options" not in error
 

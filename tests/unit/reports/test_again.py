@@ -91,7 +91,7 @@ def test_a_case_that_a_test_says_is_run_again_by_that_test() -> None:
 )
 def test_a_case_is_planned_by_the_planner_of_its_run(planner: str, text: str, options: str) -> None:
     run = replace(RUNS[0], planner=planner, source=replace(RUNS[0].source, text=text))
-    assert shlex.split(again(drawn(Drawn(1, 2)), MODEL, (run,)))[7:] == shlex.split(options)
+    assert shlex.split(again(drawn(Drawn(1, 2)), MODEL, (run,)))[7:] == ["--goals", "1", *shlex.split(options)]
     written = replace(drawn(Drawn(1, 2)), recipe=Written(CASE, "one.yaml"))
     assert shlex.split(again(written, MODEL, (run,)))[5:] == shlex.split(options)
     with_plans = replace(written, recipe=Written(f"{CASE}plans: [unsolvable]\n", "one.yaml"))

@@ -59,7 +59,7 @@ def test_a_case_that_failed_says_why() -> None:
     assert [(failure["kind"], failure["subject"]) for failure in case["failures"]] == [
         ("requirement", "open_while_pumping")
     ]
-    assert case["again"].endswith("--seed 1 --case 1")
+    assert case["again"].endswith("--seed 1 --case 1 --goals 1")
 
 
 def test_what_a_drawn_case_was_drawn_from_is_reported() -> None:
@@ -74,6 +74,7 @@ def test_what_a_drawn_case_was_drawn_from_is_reported() -> None:
         "network": "loss=1 %",
         "requirements": {"safe": "always false"},
         "time_limit_seconds": 1.5,
+        "goals": 1,
     }
     assert (report["is_earlier"], report["again"]) == (True, None)
 

@@ -83,7 +83,7 @@ def test_what_failed_comes_before_all_else(wording: Wording) -> None:
     kind, cases, command = texts(page, "(//table)[1]//td")
     assert kind.startswith("requirement: open_while_pumping ")
     wording((kind, cases))
-    assert command.endswith("requirement.yaml --seed 1 --case 1")
+    assert command.endswith("requirement.yaml --seed 1 --case 1 --goals 1")
 
 
 @pytest.mark.parametrize(
