@@ -8,12 +8,16 @@ other, and plans are any: then each proof is compared with as many runs as are e
 With `--published` (and names, if not all): published problems, each beside 1,000 random cases under the same planner in
 the same run. `--planner` names it; by default large models are closed under `canonical` and under `greedy`. All times
 are CPU.
+
+With `--figures` (and names, if not all): problems, cells and examples, each closed in its own process. Its CPU time
+is also given as it would be on a machine where an empty Python takes 10 ms; under load, all processes take longer.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import resource
 import subprocess
 import sys
 import time
@@ -26,6 +30,7 @@ from msgspec.structs import replace
 from published import PROBLEMS
 
 from scbm.closing import CloseLimits, Closer, Decision
+from scbm.files import load_model
 from scbm.model import PlannerChoice, PlanSet
 from scbm.proofcheck import RunsArgument
 from scbm.testing import RandomCases, Tester
@@ -34,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scbm.closing import Closing
+    from scbm.model import BehaviorModel
 
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
@@ -208,6 +214,71 @@ def published(name: str, planner: str) -> str:
     )
 
 
+FIGURES = (
+    "agv-5x5",
+    "gripper-14",
+    "factory-157",
+    "factory-246",
+    "independent-10x10",
+    "blocks-8-0",
+    "weld_cell",
+    "kitting_cell",
+    "dual_cnc",
+)
+"""What `--figures` closes: published problems, cells of this folder, and an example."""
+
+_EMPTY_S = 0.010
+"""The CPU time of an empty Python to which times are scaled."""
+
+_EMPTY_RUNS = 20
+
+
+def figure_model(name: str) -> BehaviorModel:
+    """The published problem, the cell or the example of a name."""
+    if name in PROBLEMS:
+        return PROBLEMS[name]()
+    cell = ROOT / "benchmarks" / "published" / f"{name}.yaml"
+    return load_model(cell if cell.exists() else ROOT / "examples" / name / "cell.yaml")
+
+
+def close_figure(name: str) -> None:
+    """Close one model, and print what that took and came to, as JSON."""
+    model = figure_model(name)
+    begin = time.process_time()
+    closing = Closer(model).close()
+    data = {
+        "seconds": time.process_time() - begin,
+        "mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        "counts": closing.counts,
+        "engines": closing.engines,
+        "ended": [f"{end.stage}: {end.why}" for end in closing.ended],
+    }
+    print(json.dumps(data))
+
+
+def empty_python_s() -> float:
+    """The CPU time of an empty Python, the mean of some."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    for _ in range(_EMPTY_RUNS):
+        subprocess.run([sys.executable, "-I", "-S", "-c", ""], check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / _EMPTY_RUNS
+
+
+def compare_figures(names: Sequence[str]) -> None:
+    """Prints a line for each model."""
+    print(f"{'model':<18} {'CPU s':>7} {'scaled':>7} {'MiB':>6}  {', '.join(Decision)}; proofs")
+    for name in names or FIGURES:
+        scale = _EMPTY_S / empty_python_s()
+        command = [sys.executable, __file__, "--figure", name]
+        ran = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        counts = " ".join(f"{ran['counts'][decision]:>4}" for decision in Decision)
+        proofs = " ".join(f"{count} {engine}" for engine, count in ran["engines"].items())
+        print(f"{name:<18} {ran['seconds']:>7.1f} {ran['seconds'] * scale:>7.1f} {ran['mib']:>6.0f} {counts}; {proofs}")
+        for ended in ran["ended"]:
+            print(f"    {ended}", flush=True)
+
+
 def compare_published(names: Sequence[str], planner: str | None) -> None:
     """Prints a line for each published problem and planner."""
     print(
@@ -229,8 +300,16 @@ def main() -> None:
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--open", action="store_true", help="with environment, sequences of goals and any plans")
     parser.add_argument("--published", nargs="*", metavar="NAME", help=f"of {', '.join((*SMALL, *LARGE))}")
+    parser.add_argument("--figures", nargs="*", metavar="NAME", help=f"of {', '.join(FIGURES)}, or a published problem")
+    parser.add_argument("--figure", metavar="NAME", help="one of them, in this process, as JSON")
     parser.add_argument("--planner", help="the planner of published problems")
     asked = parser.parse_args()
+    if asked.figure is not None:
+        close_figure(asked.figure)
+        return
+    if asked.figures is not None:
+        compare_figures(asked.figures)
+        return
     if asked.published is not None:
         compare_published(asked.published, asked.planner)
         return

@@ -44,7 +44,7 @@ from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.closing.symbolic.reached_sets import NoSetError
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug
-from scbm.planning import DEFAULT_PLANNER, model_with_plans
+from scbm.planning import DEFAULT_PLANNER, PlanCache, Planner, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
 
 if TYPE_CHECKING:
@@ -122,6 +122,7 @@ class Closer:
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], TriedVisits] = {}
         self._suggestion_states = 0
+        self._goal_planner = Planner.of(model)
         self._takes_classes = takes_classes(model)
         self._open_runs: list[AllRuns] = []
         self._one_case_each = self._is_partial = self._has_collected = False
@@ -463,7 +464,8 @@ class Closer:
         observed = ObservedStates(runs)
         self._suggestion_states = self._limits.planning * _PLANNED_FOR_SUGGESTIONS
         oracles = Oracles(observed.can_hold, observed if observed.are_known else None, self._visits_for_last_goal)
-        suggestions = suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
+        with _frozen_objects():
+            suggestions = suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
         if self._suggestion_states <= 0:
             why = f"{len(self._visited_for):,} goals were tried, and there may be others"
             self._ended.append(StageEnd(Stage.SUGGESTIONS, why, "--max-planning"))
@@ -480,19 +482,21 @@ class Closer:
                 f"looking for suggestions: trying {goal[0]}, {len(self._visited_for):,} goals tried, "
                 f"at most {self._suggestion_states:,} more states"
             )
-            self._visited_for[goal] = self._visited_by_closing(replace(extended, goals=(goal,)))
+            one_goal = replace(extended, goals=(goal,))
+            self._visited_for[goal] = self._visited_by_closing(one_goal, self._goal_planner.with_goals_of(one_goal))
+            gc.collect()  # the explored runs have cycles
         return self._visited_for[goal]
 
-    def _visited_by_closing(self, model: BehaviorModel) -> TriedVisits:
-        """Return what cases of a model visit that nothing changes from outside."""
+    def _visited_by_closing(self, model: BehaviorModel, planner: Planner | None = None) -> TriedVisits:
+        """Return what cases of a model visit that nothing changes from outside; `planner` is one of the model."""
         planning = min(self._limits.planning, _MAX_PLANNED_FOR_A_GOAL)
         most = min(self._limits.situations, _MAX_FOR_A_GOAL)
         limits = replace(self._limits, situations=most, planning=planning, beyond=0)
-        runs = AllRuns(model, limits, lambda _: None)
+        runs = AllRuns(model, limits, lambda _: None, planner=planner)
         self._suggestion_states -= runs.situations + runs.planned
         if runs.is_interrupted:
             raise KeyboardInterrupt
-        tester, found = Tester(model), list[Execution]()
+        tester, found = Tester(model, plans=planner and PlanCache(planner)), list[Execution]()
         search = CaseSearch(runs, tester, runs.visits.mask, 0, limits, found)
         search.run(short=False)
         force = ForcedCases(tester, runs.visits.mask & ~Merit.of(found).visited, 0, limits.candidates, found)
@@ -518,6 +522,16 @@ def _few_collections() -> Iterator[None]:
         yield
     finally:
         gc.set_threshold(*before)
+
+
+@contextmanager
+def _frozen_objects() -> Iterator[None]:
+    """Let Python search for cycles among new objects alone, so that a search for them after each goal is short."""
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 class _CaseVisits:

@@ -8,6 +8,7 @@ So one request costs one search, and a thousand requests cost much less than a t
 
 from __future__ import annotations
 
+from copy import copy
 from typing import TYPE_CHECKING, Protocol
 
 from msgspec import Struct, field
@@ -56,6 +57,12 @@ class Planner:
     def of(model: BehaviorModel) -> Planner:
         """Return the planner that the model names, or the default one."""
         return Planner(model, model.planner.name or DEFAULT_PLANNER)
+
+    def with_goals_of(self, model: BehaviorModel) -> Planner:
+        """Return a planner of a model that differs in its goals alone; both share tasks, which cache successors."""
+        planner = copy(self)
+        planner.model, planner._problems = model, {}  # noqa: SLF001 - of a copy
+        return planner
 
     def plan(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from msgspec.structs import replace
 
 from scbm.files import Scope, parse_predicate
 from scbm.model import BehaviorModel
@@ -60,6 +61,18 @@ def test_the_answers_have_names_for_machines() -> None:
         Planner(model).plan(model.nominal_state, goal, PlanLimits(length=0)).status,
     ]
     assert statuses == ["solved", "unsolvable", "limit_reached"]
+
+
+def test_a_planner_with_the_goals_of_another_model_plans_as_a_new_one() -> None:
+    model = scan_cell()
+    goals = [parse_predicate(text, Scope.of(model)) for text in ("box_is_scanned == true", "scan_command == scan_box")]
+    planner = Planner.of(model)
+    for goal in goals:
+        other = replace(model, goals=(("other", goal),))
+        shared = planner.with_goals_of(other)
+        assert shared.model is other
+        assert shared.plan(model.nominal_state, goal) == Planner.of(other).plan(other.nominal_state, goal)
+    assert planner.model is model
 
 
 @pytest.mark.parametrize(("plan", "step"), [(("scan_box", "scan_box"), 1), ((), 0)])

@@ -115,6 +115,7 @@ class AllRuns:
         *,
         until: int = 0,
         explores: bool = True,
+        planner: Planner | None = None,
     ) -> None:
         """Explore all runs.
 
@@ -125,6 +126,7 @@ class AllRuns:
             scope: which runs.
             until: bits of visits: the exploration ends when it has visited all of them. 0 for no such end.
             explores: whether to explore anything; if not, that counts as interrupted.
+            planner: a planner of the model; by default a new one.
         """
         self.model = model
         self.program = Program(model)
@@ -135,7 +137,7 @@ class AllRuns:
             self._classes = dict(chain.from_iterable(group.values for group in classes))
             self.program.give(classes)
         self.goals, self.plans = scope.goals, scope.plans
-        self.planner = Planner.of(model) if scope.plans is PlanSet.CANONICAL else Planner(model)
+        self.planner = planner or (Planner.of(model) if scope.plans is PlanSet.CANONICAL else Planner(model))
         watched = dict.fromkeys(name for predicate in scope.watched for name in predicate.reads())
         self.relevance = Relevance(model, self.program.packing, also=watched, keeps_all=scope.keeps_all)
         self.visits = Visits(model)
