@@ -1,0 +1,174 @@
+"""Certificates about requirements (semantics 7.12): true ones are accepted, and each way to be false is refused."""
+
+from __future__ import annotations
+
+import pytest
+from msgspec.structs import replace
+
+from scbm.closing import CloseLimits
+from scbm.closing.requirements.violating_cases import RequirementKey
+from scbm.files import read_model
+from scbm.model import BehaviorModel
+from scbm.proofcheck import (
+    Certificate,
+    ContinuationsArgument,
+    GoalContinuations,
+    RequirementsArgument,
+    check_certificate,
+)
+from support.forged_certificates import claimed, continued, watched_runs
+from support.models import scan_cell
+
+LATCH = """
+behavior_model: latch
+variables:
+  item: {domain: [shelf, gripped, placed], initial: shelf}
+  preempt: {domain: [none, asked], initial: none, source: state}
+  stop: {domain: [up, down], initial: up}
+resources:
+  arm: {simulation: {latency: 4 s}}
+operations:
+  grip: {request: arm, deadline: 20 s, guard: item == shelf, effects: [item <- gripped]}
+  place: {request: arm, deadline: 20 s, guard: item == gripped, effects: [item <- placed]}
+automatic_transitions:
+  ask: {g: stop == down && preempt == none && current.state == executing, a: [preempt <- asked]}
+  leave: {g: preempt == asked && current.state == executing, a: [plan.state <- aborted]}
+  forget: {g: stop == up && preempt == asked, a: [preempt <- none]}
+environment:
+  press: {guard: stop == up, actions: [stop <- down], every: {exponential: 10 s}}
+  pull: {guard: stop == down, actions: [stop <- up], after: 1 s}
+goals:
+  placed: {goal: item == placed, may_end: [aborted]}
+requirements:
+  never_lost: always item == shelf || item == gripped || item == placed
+  not_placed: always item == shelf || item == gripped
+  no_loss: never item == shelf && item == placed
+  no_gripping: never item == gripped
+  grip_first: item == gripped before item == placed
+  place_first: item == placed before item == gripped
+  no_return: after item == gripped always item != shelf until item == placed
+  stays_up: after item == gripped always stop == up until item == placed
+  no_placing: after item == gripped always item != placed until stop == down
+  stop_stays: after item == shelf && stop == down always item != gripped until item == placed
+"""
+FORGET = "  forget: {g: stop == up && preempt == asked, a: [preempt <- none]}\n"
+
+
+def latch(*replacements: tuple[str, str]) -> BehaviorModel:
+    text = LATCH
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new)
+    return read_model(text)
+
+
+def claim_of(name: str, model: BehaviorModel, *, is_built_in: bool = False) -> Certificate:
+    return claimed(model, watched_runs(model, CloseLimits()), RequirementKey(name, is_built_in=is_built_in))
+
+
+def reasons(certificate: Certificate, model: BehaviorModel) -> str:
+    return "; ".join(str(flaw) for flaw in check_certificate(certificate, model))
+
+
+@pytest.mark.parametrize("name", ["never_lost", "no_loss", "grip_first", "no_return"])
+def test_a_sentence_that_holds_is_certified(name: str) -> None:
+    assert reasons(claim_of(name, latch()), latch()) == ""
+
+
+@pytest.mark.parametrize("name", ["not_placed", "no_gripping", "place_first", "stays_up", "no_placing", "stop_stays"])
+def test_a_sentence_that_a_run_violates_is_not_certified(name: str) -> None:
+    assert "which is claimed to hold" in reasons(claim_of(name, latch()), latch())
+
+
+def test_each_situation_has_to_be_listed() -> None:
+    model = latch()
+    certificate = claim_of("never_lost", model)
+    argument = certificate.argument
+    assert isinstance(argument, RequirementsArgument)
+    (runs,) = argument.runs
+    for number in range(0, len(runs.situations), 5):
+        fewer = replace(runs, situations=(*runs.situations[:number], *runs.situations[number + 1 :]))
+        found = reasons(replace(certificate, argument=replace(argument, runs=(fewer,))), model)
+        assert "leads to a situation that is not listed" in found
+
+
+NO_CLEAN_UP = ("    timedout: [scan_req_trigger <- false]\n", "")
+STAYS_FAILED = ("<- failed, scan_req_state <- initial, scan_req_trigger", "<- failed, scan_req_trigger")
+
+
+@pytest.mark.parametrize(("fault", "name"), [(NO_CLEAN_UP, "no_orphan"), (STAYS_FAILED, "ready_again")])
+def test_a_seeded_fault_of_requests_is_not_certified(fault: tuple[str, str], name: str) -> None:
+    correct, wrong = scan_cell(), scan_cell(fault)
+    assert reasons(claim_of(name, correct, is_built_in=True), correct) == ""
+    assert "which is claimed to hold" in reasons(claim_of(name, wrong, is_built_in=True), wrong)
+
+
+# non_blocking
+
+SHELF = ("goals:\n", "goals:\n  back: {goal: item == shelf, may_end: [aborted]}\n")
+AGAIN = ("goals:\n", "reachable_again: [back]\ngoals:\n")
+
+
+def continued_of(model: BehaviorModel) -> Certificate:
+    return continued(model, watched_runs(model, CloseLimits()))
+
+
+def answers_of(certificate: Certificate) -> tuple[GoalContinuations, ...]:
+    assert isinstance(certificate.argument, ContinuationsArgument)
+    return certificate.argument.answers
+
+
+def answered(certificate: Certificate, *answers: GoalContinuations) -> Certificate:
+    assert isinstance(certificate.argument, ContinuationsArgument)
+    return replace(certificate, argument=replace(certificate.argument, answers=answers))
+
+
+def test_a_goal_that_plain_runs_make_unreachable_need_not_stay_reachable() -> None:
+    model, strict = latch(SHELF), latch(SHELF, AGAIN)
+    certificate = continued_of(model)
+    assert reasons(certificate, model) == ""
+    assert "`reachable_again` asks for it" in reasons(certificate, strict)
+
+
+def test_a_latch_that_nothing_resets_blocks_a_goal() -> None:
+    assert "nothing is said about how" in reasons(continued_of(latch((FORGET, ""))), latch((FORGET, "")))
+
+
+def test_distances_are_those_of_shortest_continuations() -> None:
+    model = latch()
+    certificate = continued_of(model)
+    (answer,) = answers_of(certificate)
+    further = replace(answer, distances=tuple(each + 1 if each > 0 else each for each in answer.distances))
+    assert "it is not at the distance 2" in reasons(answered(certificate, further), model)
+
+
+def test_a_closed_set_is_left_by_no_continuation_and_has_the_end_of_the_history() -> None:
+    model = latch(SHELF)
+    certificate = continued_of(model)
+    back, placed = answers_of(certificate)
+    end = back.history[-1]
+    other = tuple(node for node in back.closed if node != end)
+    found = reasons(answered(certificate, replace(back, closed=other), placed), model)
+    assert "its history does not end at rest in the set" in found
+    assert "leaves the nodes from which back is not reachable" in found
+    first = replace(back, history=back.history[:1], closed=tuple(range(len(placed.distances))))
+    assert "reaches back, which is said not to be reachable" in reasons(answered(certificate, first, placed), model)
+
+
+def test_continuations_need_no_request_that_fails() -> None:
+    broken = ("placed], initial", "placed, broken], initial")
+    breaks = (FORGET, f"{FORGET}  breaks: {{g: arm_req_state == failed && item != broken, a: [item <- broken]}}\n")
+    model = latch(broken, breaks, ("goals:\n", "goals:\n  broken: {goal: item == broken, may_end: [aborted]}\n"))
+    certificate = continued_of(model)
+    assert not answers_of(certificate)[0].distances
+    assert "broken is not reachable" not in reasons(certificate, model)
+
+
+@pytest.mark.parametrize("light", ["red", "green"])
+def test_a_run_may_end_in_each_state_of_a_livelock(light: str) -> None:
+    lights = ("  stop: {", "  light: {domain: [dark, red, green], initial: dark}\n  stop: {")
+    red = "  red: {g: current.state == executing && light != red, a: [light <- red]}\n"
+    green = "  green: {g: current.state == executing && light == red, a: [light <- green]}\n"
+    never = ("requirements:\n", f"requirements:\n  ends: never plan.state == aborted && light == {light}\n")
+    model = latch(lights, (FORGET, f"{FORGET}{red}{green}"), never)
+    assert "which is claimed to hold" in reasons(claim_of("ends", model), model)
