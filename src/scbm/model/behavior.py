@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.struct_classes import PartlyCompared
@@ -330,6 +331,12 @@ class BehaviorModel(PartlyCompared, frozen=True, dict=True):
     def nominal_state(self) -> State:
         """The state of the world in which every variable has its nominal value."""
         return State.nominal(self.space)
+
+    @cached_property
+    def unbound(self) -> BehaviorModel:
+        """The model without its bindings, which do not change what it means."""
+        resources = tuple(replace(resource, binding=None) for resource in self.resources)
+        return replace(self, resources=resources, interfaces=())
 
     def goal(self, name: str) -> Predicate | None:
         """Return the goal with this name; `None` if there is none."""

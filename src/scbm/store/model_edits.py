@@ -79,7 +79,7 @@ def difference(name: str, text: str, model: BehaviorModel) -> str:
     if name != model.name:
         return f"`{name}`, not `{model.name}`"
     stored = read_model(text, name)
-    differences = list(_differences(stored, model)) or ["the order of its parts"]
+    differences = list(_differences(stored, model.unbound)) or ["the order of its parts"]
     more = f" and {len(differences) - _MAX_NAMED} more" if len(differences) > _MAX_NAMED else ""
     return f"{', '.join(differences[:_MAX_NAMED])}{more}"
 

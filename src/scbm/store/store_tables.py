@@ -309,7 +309,7 @@ class Tables:
                 self._connection.execute("DELETE FROM obligation")
             self._put_obligations(obligations)
         self.use(obligations)
-        meaning = replace(model, planner=PlannerChoice(), waivers=())  # each run has its own
+        meaning = replace(model.unbound, planner=PlannerChoice(), waivers=())  # each run has its own
         lifted, objects = _origins_text(model), _objects_text(model)
         id_ = self.put_model_row(
             ModelRow(0, digest, model.name, write_model(meaning), becomes_current, lifted, objects, digest)

@@ -132,8 +132,7 @@ class StoredMutation(Struct, frozen=True):
 
 def basis_of(model: BehaviorModel) -> str:
     """Return what identifies a model for mutants: all but its bindings, its waivers, comments and layout."""
-    resources = tuple(replace(resource, binding=None) for resource in model.resources)
-    return sha256(write_model(replace(model, resources=resources, waivers=())).encode()).hexdigest()
+    return sha256(write_model(replace(model.unbound, waivers=())).encode()).hexdigest()
 
 
 _SHOWN = (MutantStatus.KILLED, MutantStatus.SURVIVED, MutantStatus.EQUIVALENT, MutantStatus.UNDECIDED)

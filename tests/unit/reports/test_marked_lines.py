@@ -51,7 +51,7 @@ GO = Obligation("go", Aspect.FAILED)
 
 
 def source_of(path: Path) -> ModelSource:
-    return ModelSource(str(path), path.read_bytes().decode())
+    return ModelSource(path.name, path.read_bytes().decode())
 
 
 def marked(text: str, *cases: tuple[str, ...]) -> MarkedFile:

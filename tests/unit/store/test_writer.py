@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from scbm.cases.coverage import Coverage, Obligations
 from scbm.cases.trace import End
-from scbm.model import InputError, Slug
+from scbm.model import Binding, InputError, Slug
 from scbm.store import (
     Recipe,
     StoreWriter,
@@ -182,6 +182,15 @@ def test_comments_and_layout_do_not_make_another_model(path: Path) -> None:
     with write_store(path, model, a_run(2, model, "# a comment")) as writer:
         writer.add(1, *results(2, 1)[0])
     assert read_history(path).source.text == "# a comment"
+
+
+def test_a_store_is_read_where_the_types_of_bindings_are_not(path: Path) -> None:
+    model = cell()
+    binding = {"service": {"name": "/scan", "type": "my_pkg/srv/Scan", "request": {"go": True}}}
+    bound = tuple(replace(resource, binding=Binding(binding)) for resource in model.resources)
+    store(path, 1, results(1, 2), replace(model, resources=bound, interfaces=("interfaces",)))
+    store(path, 2, results(2, 1), model)
+    assert len(read_history(path).cases) == 3
 
 
 @pytest.mark.parametrize("start", [b"", b"SQLite format 3\0"], ids=["nothing", "header"])

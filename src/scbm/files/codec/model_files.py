@@ -145,8 +145,11 @@ def load_located(path: str | Path) -> tuple[BehaviorModel, Places]:
 
 
 def read_located(text: str, file: str = "model") -> tuple[BehaviorModel, Places]:
-    """Return the model of a text, and the places of its parts. Raises `InputError`."""
-    return _read(text, file)
+    """Return the model of a text without its bindings, and the places of its parts. Raises `InputError`.
+
+    Bindings name types that are in other files, which need not be where a text from a store is read.
+    """
+    return _read(text, file, is_bound=False)
 
 
 def read_model(text: str, file: str = "model") -> BehaviorModel:
@@ -190,14 +193,14 @@ _START = "a model begins with `behavior_model: <name>`"
 """The first line of a model file, as a remedy for other texts."""
 
 
-def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
+def _read(text: str, file: str, *, is_bound: bool = True) -> tuple[BehaviorModel, Places]:
     document, source, report = read_tree(text, file, "model", _START)
     lifted, document, facts = expand(document, report, PART_KEY_NAMES)
     places = Places(document, source, report)
     _refuse_too_many(document, places)
     check_shape(document, report, ModelKeys, MODEL_OWNERS)
     reader = ValueReader(report, Scope({}, objects=report.instance_names.objects))
-    model = ModelKeys(document, reader).model()
+    model = ModelKeys(document, reader).model(is_bound=is_bound)
     report.raise_any()
     if not reader.is_whole:
         raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
@@ -302,10 +305,7 @@ def digest_of(model: BehaviorModel) -> str:
 
     Bindings, planner and waivers do not change what the model means. A certificate says itself which runs it is about.
     """
-    resources = tuple(replace(resource, binding=None) for resource in model.resources)
-    meaning = replace(
-        model, resources=resources, planner=PlannerChoice(), waivers=(), runs=RunsDeclaration(), interfaces=()
-    )
+    meaning = replace(model.unbound, planner=PlannerChoice(), waivers=(), runs=RunsDeclaration())
     return sha256(write_model(meaning).encode()).hexdigest()
 
 

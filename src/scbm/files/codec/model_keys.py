@@ -326,8 +326,8 @@ class ModelKeys(Keys):
     include = INCLUDE
     parts = PARTS
 
-    def model(self) -> BehaviorModel:
-        """Return the model; valid only if no error is noted."""
+    def model(self, *, is_bound: bool = True) -> BehaviorModel:
+        """Return the model, with its bindings or without; valid only if no error is noted."""
         variables = {entry.name: entry.value.variable(entry.name) for entry in self._named(self.variables)}
         self.reader.scope = Scope(self._all_names(variables), self._misses_names(), objects=self.reader.scope.objects)
         self._refuse_ambiguous_symbols()
@@ -364,7 +364,7 @@ class ModelKeys(Keys):
             if misses_requests(self.node):  # a transition for failed replies is generated for each requested resource
                 unread.append("automatic")
             model = replace(model, waivers=waivers_of(self.waivers, model, unread, is_whole=is_whole))
-        return self._bound(model)
+        return self._bound(model) if is_bound else model.unbound
 
     def _refuse_odd_requests(self) -> None:
         """Note requests of operations that do not suit their resources."""
