@@ -78,6 +78,7 @@ NEVER_LIFTED = {
     "unknown-word_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
     "unknown-word_requirements_on": "`requirements_on` stands in the model only, and has no parameters",
     "unknown-word_runs": "`runs` stands in the model only, and has no parameters",
+    "wrong-type_requests": "its types are in a folder beside it, where its twin is not",
     "wrong-type_requirements_off": "`requirements_off` stands in the model only, and has no parameters",
     "wrong-shape_name": "the name stands in the model only, and has no parameters",
     "yaml-syntax_two_documents": "the second document is no text of an entry",

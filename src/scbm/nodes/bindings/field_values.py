@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scbm.files.codec.key_types import NAME_NODE, VALUE, NamesType
+from scbm.files.codec.key_types import NAME_NODE, VALUE, NamesType, ScalarType, scalar_node
 from scbm.files.codec.keys import Key, Keys, KeyType
 from scbm.files.expansion.expanded_nodes import text_node
 from scbm.files.spelling import nearest, suggestion
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 SCALAR_OF_MESSAGE: dict[str, Any] = {"type": ["boolean", "number", "string"]}
 """The JSON Schema of the value of a field."""
 
+CONTENT = ScalarType("value", "a value", SCALAR_OF_MESSAGE, scalar_node)
+"""The value of a field, which is read by the type of the field."""
+
 _MAX_SHOWN = 8
 """The maximum number of values that one message lists."""
 
@@ -40,7 +43,7 @@ class ContentKeys(Keys):
     text = Key(VALUE, "This text, though it is the name of a variable.")
     variable = Key(NAME_NODE, "The variable that the request carries.")
     values = Key(
-        NamesType(VALUE, "value → content of the field"), "What the field gets for each value of the variable."
+        NamesType(CONTENT, "value → content of the field"), "What the field gets for each value of the variable."
     )
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.key_types import NamesType, ScalarType, scalar_node
+from scbm.files.codec.key_types import NamesType
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.spelling import nearest
 from scbm.model import Slug
-from scbm.nodes.bindings.field_values import SCALAR_OF_MESSAGE, ContentType, FieldReader
+from scbm.nodes.bindings.field_values import CONTENT, ContentType, FieldReader
 from scbm.nodes.bindings.reading_keys import FIELD_READING
 from scbm.nodes.bindings.ros_binding import ServiceCall
 from scbm.nodes.bindings.ros_names import ROS_NAME, SharedNames
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scbm.nodes.types.field_paths import FieldPath
 
 CONTENTS = NamesType(ContentType(), "field → content")
-FIELD_VALUES = NamesType(ScalarType("value", "a value", SCALAR_OF_MESSAGE, scalar_node), "field → value")
+FIELD_VALUES = NamesType(CONTENT, "field → value")
 FIELD_READINGS = NamesType(FIELD_READING, "variable → field or reading")
 _SUCCESS = ("success", Primitive("bool"))
 
