@@ -72,9 +72,13 @@ TABLES: dict[str, StoreTable] = {
         " earlier ones after combining across edits.",
         (
             StoreColumn("id", "INTEGER PRIMARY KEY", "the number of the row"),
-            StoreColumn("digest", "TEXT NOT NULL UNIQUE", "SHA-256 of `text`"),
+            StoreColumn(
+                "digest", "TEXT NOT NULL UNIQUE", "SHA-256 of the model without `runs`, as certificates have it"
+            ),
             StoreColumn("name", "TEXT NOT NULL", "the name of the model"),
-            StoreColumn("text", "TEXT NOT NULL", "the whole model, as `scbm` writes it"),
+            StoreColumn(
+                "text", "TEXT NOT NULL", "the model without bindings, planner and waivers, as `scbm` writes it"
+            ),
             StoreColumn("is_current", "INTEGER NOT NULL", "1 for the current model, else 0"),
             StoreColumn(
                 "lifted",

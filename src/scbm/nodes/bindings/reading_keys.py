@@ -13,7 +13,7 @@ from scbm.model import Place, Slug
 from scbm.model.values import format_value
 from scbm.model.variables import Role
 from scbm.nodes.bindings.field_values import (
-    SCALAR_OF_MESSAGE,
+    CONTENT,
     FieldReader,
     key_node,
     kind_of_values,
@@ -51,7 +51,6 @@ _INTERVAL = ScalarType(
     scalar_node,
     str,
 )
-_MEANT = ScalarType("value", "a value", SCALAR_OF_MESSAGE, scalar_node)
 
 
 class ReadingKeys(Keys):
@@ -63,7 +62,7 @@ class ReadingKeys(Keys):
         "`high`; either may be left out.",
     )
     values = Key(
-        NamesType(_MEANT, "value of the field → value"),
+        NamesType(CONTENT, "value of the field → value"),
         "For texts, whole numbers and truth values: the value that each stands for. A constant of the message is "
         "written by its name.",
     )
