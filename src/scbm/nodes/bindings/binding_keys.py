@@ -83,7 +83,7 @@ class TopicsKeys(Keys):
 
 
 class RosKeys(Keys):
-    """How a real resource is reached: by `service`, `services` or `topics`; by none of them if it gets no requests."""
+    """How a real resource gets requests: by `service`, `services`, `action`, `actions` or `topics`, or not at all."""
 
     service = Key(
         MappingType(ServiceKeys, "service"),
