@@ -302,9 +302,12 @@ def test_a_bus_that_cannot_be_opened_is_reported() -> None:
 
 def test_another_version_of_the_model_is_reported_at_once(wording: Wording) -> None:
     def work() -> None:
-        with wording.raises(NotReadyError) as raised, session(LoopbackCell("other")):
+        with pytest.raises(NotReadyError) as raised, session(LoopbackCell("other")):
             pytest.fail("the nodes have another model")
-        assert {reason.lack for reason in raised.value.reasons} == {Lack.MODEL}
+        reasons = raised.value.reasons  # of the nodes that have answered by then
+        assert {reason.lack for reason in reasons} == {Lack.MODEL}
+        (words,) = {reason.message.partition(" has ")[2] for reason in reasons}
+        wording(words)
 
     in_thread(work)
 
