@@ -546,7 +546,8 @@ def test_narrow_windows_need_no_scrolling_to_the_side(visit: Visit, before: Path
         page = visit.open(report, "#/missing", viewport={"width": width, "height": 800})
         for link in page.locator("nav a").all():
             link.click()
-            expect(shown(page)).to_have_attribute("data-title", re.findall("[A-Z][a-z]+", link.inner_text())[0])
+            first_word = re.findall("[A-Z][a-z]+", link.inner_text())[0]
+            expect(shown(page)).to_have_attribute("data-title", re.compile(f"^{first_word}"))
             assert page.evaluate("document.documentElement.scrollWidth") <= width
         page.locator("nav a[href='#/cases']").click()
         expect(shown(page)).to_have_attribute("data-title", "Cases")  # findings have links to cases too

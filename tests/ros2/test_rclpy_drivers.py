@@ -19,7 +19,7 @@ MODEL = """
 behavior_model: scan_cell
 variables:
   scanned: {domain: bool, initial: false}
-  near: {domain: bool, initial: false}
+  near: {domain: bool, initial: true} # a run can begin before the first measurement
   sees: {domain: bool, initial: false}
 resources:
   scanner: {publishes: [near, sees], simulation: {latency: 1 s}}

@@ -426,6 +426,7 @@ def test_certificates_as_json(scbm: Scbm, certificate: Path, wording: Wording) -
         "sound": True,
         "is_of_this_model": True,
         "situations": 8253,
+        "requirements": [],
         "flaws": [],
     }
 
