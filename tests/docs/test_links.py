@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,7 @@ def prose(page: Path) -> str:
     return re.sub(r"`[^`\n]*`", "`code`", text)
 
 
+@cache
 def anchors(page: Path) -> set[str]:
     """The anchors of the headings of a page, made as GitHub makes them."""
     text = without_blocks(page)
@@ -32,22 +34,18 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-LINKS = [
-    (page.relative_to(ROOT), target)
-    for page in PAGES
-    for target in LINK.findall(prose(page))
-    if not re.match(r"[a-z]+:", target)
-]
-
-
-@pytest.mark.parametrize(("page", "target"), LINKS, ids=[f"{page}: {target}" for page, target in LINKS])
-def test_links_lead_somewhere(page: Path, target: str) -> None:
+def leads_nowhere(page: Path, target: str) -> bool:
     path, _, anchor = target.partition("#")
-    linked = (ROOT / page.parent / path).resolve() if path else ROOT / page
-    assert linked.exists()
-    assert linked.is_relative_to(ROOT)
-    if anchor:
-        assert anchor in anchors(linked)
+    linked = (page.parent / path).resolve() if path else page
+    is_there = linked.exists() and linked.is_relative_to(ROOT)
+    return not is_there or bool(anchor and anchor not in anchors(linked))
+
+
+@pytest.mark.parametrize("folder", sorted({page.parent for page in PAGES}), ids=lambda folder: folder.name)
+def test_links_lead_somewhere(folder: Path) -> None:
+    links = [(page, target) for page in PAGES if page.parent == folder for target in LINK.findall(prose(page))]
+    links = [(page, target) for page, target in links if not re.match(r"[a-z]+:", target)]
+    assert [f"{page}: {target}" for page, target in links if leads_nowhere(page, target)] == []
 
 
 INDEXES = sorted((ROOT / "docs").rglob("index.md"))
@@ -97,6 +95,6 @@ NAMED = [
 ]
 
 
-@pytest.mark.parametrize(("path", "page"), NAMED, ids=[f"{path}: {page}" for path, page in NAMED])
-def test_pages_that_code_and_messages_name_exist(path: Path, page: str) -> None:
-    assert (ROOT / page).is_file(), f"{path} names it"
+def test_pages_that_code_and_messages_name_exist() -> None:
+    assert len(NAMED) > 10
+    assert [f"{path}: {page}" for path, page in NAMED if not (ROOT / page).is_file()] == []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
 from page_parts import SOURCE, complete_page, summary
 
 ARCHITECTURE = Path(__file__).parents[2] / "docs" / "explanation" / "architecture.md"
@@ -19,14 +18,13 @@ def test_the_page_lists_every_module() -> None:
     assert sorted(rows) == sorted(path.stem for path in SOURCE.glob("*/**/*.py") if path.stem != "__init__")
 
 
-@pytest.mark.parametrize("path", sorted(SOURCE.rglob("*.py")), ids=lambda path: path.relative_to(SOURCE).as_posix())
-def test_every_module_has_a_summary(path: Path) -> None:
-    assert summary(path)
+def test_every_module_has_a_summary() -> None:
+    assert [path for path in sorted(SOURCE.rglob("*.py")) if not summary(path)] == []
 
 
-@pytest.mark.parametrize("name", PATHS)
-def test_every_path_that_the_architecture_names_exists(name: str) -> None:
-    assert (SOURCE / name).exists()
+def test_every_path_that_the_architecture_names_exists() -> None:
+    assert len(PATHS) > 20
+    assert [name for name in PATHS if not (SOURCE / name).exists()] == []
 
 
 def test_the_architecture_names_each_module_that_follows_plans() -> None:

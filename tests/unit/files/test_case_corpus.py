@@ -5,6 +5,7 @@ written beside them. With `--update-golden` the expectations are written; then r
 from __future__ import annotations
 
 import re
+from itertools import groupby
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,8 @@ from scbm.model import InputError, Slug
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 REJECTED = sorted((MODELS / "rejected_cases").glob("*.yaml"))
+WRONG = {slug: list(paths) for slug, paths in groupby(REJECTED, key=lambda path: path.stem.partition("_")[0])}
+"""The rejected cases by the slug that they are named after; `many` show several."""
 VALID = sorted((MODELS / "valid_cases").glob("*.yaml"))
 CELL = load_model(MODELS / "cell.yaml")
 
@@ -26,39 +29,26 @@ REPORTED_ELSEWHERE = {Slug.MODEL_MISSING}
 OF_CASES = set(list(Slug)[list(Slug).index(Slug.UNKNOWN_OPERATION) : list(Slug).index(Slug.FORMAT_VERSION)])
 
 
-def compare(request: pytest.FixtureRequest, path: Path, shown: str) -> None:
-    expected = path.with_suffix(".expected")
-    if request.config.getoption("--update-golden"):
-        expected.write_text(shown, encoding="utf-8")
-    assert shown == expected.read_text(encoding="utf-8")
-
-
 def error_of(path: Path) -> InputError:
     with pytest.raises(InputError) as raised:
         open_case(path).read(CELL)
     return raised.value
 
 
-@pytest.mark.parametrize("path", REJECTED, ids=lambda path: path.stem)
-def test_a_wrong_case_gets_exactly_these_diagnostics(path: Path, request: pytest.FixtureRequest) -> None:
-    compare(request, path, str(error_of(path)).replace(str(path), path.name) + "\n")
-
-
-@pytest.mark.parametrize("path", REJECTED, ids=lambda path: path.stem)
-def test_a_wrong_case_shows_the_slug_that_it_is_named_after(path: Path) -> None:
-    name = path.stem.partition("_")[0]
-    assert name == "many" or f"error[{name}]" in path.with_suffix(".expected").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("path", REJECTED, ids=lambda path: path.stem)
-def test_every_place_in_a_wrong_case_lies_in_its_text_and_reads_downwards(path: Path) -> None:
-    lines = path.read_text(encoding="utf-8").split("\n")
-    diagnostics = error_of(path).diagnostics
-    assert [diagnostic.order for diagnostic in diagnostics] == sorted(diagnostic.order for diagnostic in diagnostics)
-    for diagnostic in diagnostics:
-        line = lines[diagnostic.place.line - 1]
-        assert diagnostic.source_line == line
-        assert 1 <= diagnostic.place.column <= len(line) + 1
+@pytest.mark.parametrize("slug", WRONG)
+def test_wrong_cases_get_exactly_these_diagnostics(slug: str, request: pytest.FixtureRequest) -> None:
+    shown = {path: str(error_of(path)).replace(str(path), path.name) + "\n" for path in WRONG[slug]}
+    if request.config.getoption("--update-golden"):
+        for path, text in shown.items():
+            path.with_suffix(".expected").write_text(text, encoding="utf-8")
+    assert shown == {path: path.with_suffix(".expected").read_text(encoding="utf-8") for path in shown}
+    assert [path.stem for path, text in shown.items() if f"error[{slug}]" not in text and slug != "many"] == []
+    for path in WRONG[slug]:
+        lines = path.read_text(encoding="utf-8").split("\n")
+        found = error_of(path).diagnostics
+        assert [each.order for each in found] == sorted(each.order for each in found)
+        assert [each.source_line for each in found] == [lines[each.place.line - 1] for each in found]
+        assert all(1 <= each.place.column <= len(each.source_line) + 1 for each in found)
 
 
 def test_every_slug_of_cases_is_in_some_expectation() -> None:
@@ -95,8 +85,11 @@ def facts(case: Case) -> str:
 
 @pytest.mark.parametrize("path", VALID, ids=lambda path: path.stem)
 def test_a_right_case_means_what_is_written_beside_it(path: Path, request: pytest.FixtureRequest) -> None:
-    case = open_case(path).read(CELL)
-    compare(request, path, f"{facts(case)}---\n{write_case(case, CELL, '../cell.yaml', ['written again'])}")
+    case, expected = open_case(path).read(CELL), path.with_suffix(".expected")
+    shown = f"{facts(case)}---\n{write_case(case, CELL, '../cell.yaml', ['written again'])}"
+    if request.config.getoption("--update-golden"):
+        expected.write_text(shown, encoding="utf-8")
+    assert shown == expected.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("path", VALID, ids=lambda path: path.stem)

@@ -42,10 +42,6 @@ def test_broken_files_get_exactly_these_errors(name: str, request: pytest.Fixtur
     if request.config.getoption("--update-golden"):
         expected.write_text(shown, encoding="utf-8")
     assert shown == expected.read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_errors_have_places_and_words_of_their_own(name: str) -> None:
     by_file = {text.file: text.text.split("\n") for text in texts(name)}
     for each in errors_of(name).diagnostics:
         assert each.slug in {Slug.BAD_PDDL, Slug.PDDL_NOT_EXPRESSIBLE}
