@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from scbm.cases.coverage import Coverage, LiftedStatuses, ObjectListVisits, Obligations, Statuses, Unnamed, bits_of
 from scbm.files import digest_of
-from scbm.model import Slug
-from scbm.planning import planner_of
+from scbm.model import PlannerIdentity, Slug
+from scbm.planning import planner_of_random_runs
 from scbm.store.history import History, StoredCase, label_of
 from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import open_for_reading, problem, show_model, understood
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import sqlite3
     from pathlib import Path
 
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, GoalOrder
     from scbm.testing.decided_requirements import KnownDecision
 
 
@@ -68,13 +68,15 @@ def history_in(tables: Tables) -> History:
     certificates = tuple(certificate for _, certificate in tables.certificates())
     runs_of = tuple(row.run for row in runs)
     history = History(model, runs_of, tuple(cases), len(left_out), certificates)
-    return replace(history, decisions=decisions_in(tables, current.id, model))
+    planners = [row.run.planner for row in runs if not row.run.is_earlier]
+    planner = PlannerIdentity.parse(planners[-1]) if planners else planner_of_random_runs(model)
+    return replace(history, decisions=decisions_in(tables, current.id, planner.name, model.runs.goals))
 
 
-def decisions_in(tables: Tables, current: int, model: BehaviorModel) -> tuple[KnownDecision, ...]:
-    """Return the answers of the last closing of a model with its planner; `current` is the id of its row."""
-    planner = planner_of(model).name
-    return tuple(each.decision for of, each in tables.decisions() if of == current and each.planner == planner)
+def decisions_in(tables: Tables, current: int, planner: str, goals: GoalOrder) -> tuple[KnownDecision, ...]:
+    """Return the answers of the last closing about these runs of a model; `current` is the id of its row."""
+    about = (current, planner, goals)
+    return tuple(each.decision for of, each in tables.decisions() if (of, each.planner, each.goals) == about)
 
 
 class StoreTotals(Struct, frozen=True):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 15
+TABLES_VERSION = 16
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -273,9 +273,10 @@ TABLES: dict[str, StoreTable] = {
     "decision": StoreTable(
         "The answers of the last `scbm close --requirements` about the requirements of models.",
         (
-            StoreColumn("key", "BLOB PRIMARY KEY", "16 bytes of the SHA-256 of model, planner, kind and name"),
+            StoreColumn("key", "BLOB PRIMARY KEY", "16 bytes of the SHA-256 of model, planner, goals, kind and name"),
             StoreColumn("model", "INTEGER NOT NULL REFERENCES model", "the model that was closed: a row of `model`"),
-            StoreColumn("planner", "TEXT NOT NULL", "the name of its planner"),
+            StoreColumn("planner", "TEXT NOT NULL", "the name of the planner of its runs; `drawn` for drawn plans"),
+            StoreColumn("goals", "TEXT NOT NULL", "how many goals its runs have: `single` or `sequence`"),
             StoreColumn("name", "TEXT NOT NULL", "the name of the requirement"),
             StoreColumn("is_built_in", "INTEGER NOT NULL", "1 for a built-in requirement, else 0"),
             StoreColumn(

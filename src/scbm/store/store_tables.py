@@ -18,7 +18,7 @@ from scbm.cases.coverage import (
 )
 from scbm.cases.trace import End
 from scbm.files import digest_of, read_model, write_model
-from scbm.model import LiftedOrigin, ObjectLists, PlannerChoice, PlannerIdentity
+from scbm.model import GoalOrder, LiftedOrigin, ObjectLists, PlannerChoice, PlannerIdentity
 from scbm.model.json_reader import convert_json, read_json
 from scbm.store.history import Drawn, ModelSource, Recipe, StoredRun, Written
 from scbm.store.packed_logs import unpacked_log
@@ -235,12 +235,12 @@ class Tables:
     def decisions(self) -> Iterator[tuple[int, StoredDecision]]:
         """Yield each answer about a requirement with the id of its model, in the order of their names."""
         rows = self._connection.execute(
-            "SELECT model, planner, name, is_built_in, status, reason, test_case, closed"
+            "SELECT model, planner, goals, name, is_built_in, status, reason, test_case, closed"
             " FROM decision ORDER BY name, is_built_in, key"
         )
-        for model, planner, name, is_built_in, status, reason, case, closed in rows:
+        for model, planner, goals, name, is_built_in, status, reason, case, closed in rows:
             texts = _text(name), bool(is_built_in), RequirementStatus(status), _text(reason), _text(case)
-            yield model, StoredDecision(KnownDecision(*texts), _text(planner), _moment(closed))
+            yield model, StoredDecision(KnownDecision(*texts), _text(planner), GoalOrder(goals), _moment(closed))
 
     def visits(self) -> Iterator[tuple[bytes, str, int]]:
         """Yield key, name and visited obligations of each case, in the order of runs and of positions in them.
@@ -314,7 +314,9 @@ class Tables:
         id_ = self.put_model_row(
             ModelRow(0, digest, model.name, write_model(meaning), becomes_current, lifted, objects, digest)
         )
-        if objects is not None:  # the file can have changed without the digest: the latest one counts
+        if not keeps_current:  # the file can have changed without the digest: the latest one counts
+            self._connection.execute("UPDATE model SET text = ? WHERE id = ?", (write_model(meaning), id_))
+        if objects is not None:
             self._connection.execute("UPDATE model SET objects = ? WHERE id = ?", (objects, id_))
         return id_
 
@@ -324,6 +326,7 @@ class Tables:
             "INSERT INTO model (digest, name, text, is_current, lifted, objects, obligations_of)"
             " VALUES (?, ?, ?, ?, ?, ?, ?)"
             " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current),"
+            " text = max(text, excluded.text),"
             " lifted = coalesce(max(lifted, excluded.lifted), lifted, excluded.lifted),"
             " objects = coalesce(max(objects, excluded.objects), objects, excluded.objects)",
             (row.digest, row.name, row.text, row.is_current, row.lifted, row.objects, row.obligations_of),
@@ -380,15 +383,15 @@ class Tables:
     def put_decision(self, stored: StoredDecision, model: int, digest: str) -> None:
         """Add an answer about a requirement of a model. If there is one, the later closing counts."""
         decision = stored.decision
-        parts = (digest, stored.planner, str(decision.is_built_in), decision.name)
+        parts = (digest, stored.planner, stored.goals, str(decision.is_built_in), decision.name)
         key = sha256("\0".join(parts).encode()).digest()[:16]
         self._connection.execute(
-            "INSERT INTO decision (key, model, planner, name, is_built_in, status, reason, test_case, closed)"
-            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET"
+            "INSERT INTO decision (key, model, planner, goals, name, is_built_in, status, reason, test_case, closed)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET"
             " status = excluded.status, reason = excluded.reason, test_case = excluded.test_case,"
             " closed = excluded.closed WHERE excluded.closed > closed",
             (
-                *(key, model, stored.planner, decision.name, decision.is_built_in),
+                *(key, model, stored.planner, stored.goals.value, decision.name, decision.is_built_in),
                 *(decision.status.value, decision.reason, decision.case, stored.closed),
             ),
         )

@@ -26,7 +26,7 @@ from scbm.cases.trace import End
 from scbm.files import digest_of
 from scbm.model import Slug
 from scbm.model.visible_text import shell_word
-from scbm.planning import planner_of, planner_of_random_runs
+from scbm.planning import planner_of_random_runs
 from scbm.store.history import ModelSource, StoredRun, key_of, sayable
 from scbm.store.history_reader import NO_OTHERS, decisions_in, visits_under_other_objects
 from scbm.store.model_edits import difference, has_other_objects
@@ -238,7 +238,8 @@ class StoreWriter:
             if not has_tables(self._connection, self._path) or not self._shows_own_model():
                 return ()
             current = next(row.id for row in self._tables.models() if row.digest == self._digest)
-            return decisions_in(self._tables, current, self._model)
+            planner, goals = planner_of_random_runs(self._model).name, self._model.runs.goals
+            return decisions_in(self._tables, current, planner, goals)
 
     def evidence(self) -> AssertionEvidence:
         """Return what the store says about the obligations that the cases of the run visit, or why it says nothing.
@@ -282,9 +283,10 @@ def keep_decisions(path: Path, model: BehaviorModel, decisions: Sequence[KnownDe
         make_tables(connection, path)
         tables, digest = Tables(connection), digest_of(model)
         refuse_another_model(path, tables.models(), model, digest)
-        row, planner, closed = tables.put_model(model, keeps_current=True), planner_of(model).name, time_now()
+        row, closed = tables.put_model(model, keeps_current=True), time_now()
+        planner, goals = planner_of_random_runs(model).name, model.runs.goals
         for each in decisions:
-            tables.put_decision(StoredDecision(each, planner, closed), row, digest)
+            tables.put_decision(StoredDecision(each, planner, goals, closed), row, digest)
 
 
 class StoreFigures(Struct, frozen=True):

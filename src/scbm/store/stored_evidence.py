@@ -21,6 +21,7 @@ from scbm.testing import Excuse
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from scbm.model import GoalOrder
     from scbm.testing.decided_requirements import KnownDecision
 
 _KEY_BYTES = 16
@@ -76,12 +77,14 @@ class StoredDecision(Struct, frozen=True):
 
     Attributes:
         decision: the answer.
-        planner: the name of the planner of the runs.
+        planner: the name of the planner of the runs; that of drawn plans for any plans.
+        goals: how many goals a run has.
         closed: when the model was closed.
     """
 
     decision: KnownDecision
     planner: str
+    goals: GoalOrder
     closed: str
 
 

@@ -42,8 +42,8 @@ def lamp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def words(text: str) -> dict[str, str]:
-    """What a report has beside each requirement about three cases and closing, by name."""
-    return dict(re.findall(r"^ {4}(\w+) +checked in 3 cases; (.*)$", text, re.MULTILINE))
+    """What a report has beside each requirement about cases and closing, by name."""
+    return dict(re.findall(r"^ {4}(\w+) +checked in \d+ cases; (.*)$", text, re.MULTILINE))
 
 
 def test_within_is_left_to_cases_and_counted_and_the_exit_code_does_not_depend_on_it(scbm: Scbm, lamp: Path) -> None:
@@ -72,6 +72,23 @@ def test_decisions_of_another_model_do_not_count(scbm: Scbm, lamp: Path) -> None
     lamp.write_text(LAMP + WRONG, encoding="utf-8")
     assert scbm("close", lamp, "--requirements", "--store", "s.db").code == 2
     assert scbm("close", lamp, "--store", "t.db").code == 2
+
+
+@pytest.mark.parametrize("other", ["{goals: single}", "{plans: drawn}"])
+def test_decisions_about_other_runs_do_not_count(scbm: Scbm, lamp: Path, other: str) -> None:
+    arguments = ("test", lamp, "--cases", "3", "--seed", "1", "--store", "s.db", "--no-shrink")
+    scbm("close", lamp, "--requirements", "--store", "s.db")
+    for runs, answer in ((LAMP, "holds"), (f"{LAMP}runs: {other}\n", "not decided"), (LAMP, "holds")):
+        lamp.write_text(runs, encoding="utf-8")
+        for report in (scbm(*arguments), scbm("report", "s.db")):
+            assert words(report.out)["asked_first"] == answer, report.out
+
+
+def test_decisions_count_for_the_planner_of_the_model(scbm: Scbm, lamp: Path) -> None:
+    lamp.write_text(f"{LAMP}planner: greedy\n", encoding="utf-8")
+    scbm("close", lamp, "--requirements", "--store", "s.db")
+    for report in (scbm("test", lamp, "--cases", "3", "--store", "s.db"), scbm("report", "s.db")):
+        assert words(report.out)["asked_first"] != "not decided"
 
 
 def test_every_format_has_it_beside_the_requirement(scbm: Scbm, lamp: Path) -> None:
