@@ -423,12 +423,13 @@ class RequirementDecisions(Struct, frozen=True):
         """The number of requirements that only cases judge; they do not count as undecided."""
         return sum(each.status is RequirementStatus.CASES_ONLY for each in self.decided)
 
-    @property
-    def known(self) -> tuple[KnownDecision, ...]:
-        """The decisions as stores keep them."""
+    def known(self, model: BehaviorModel) -> tuple[KnownDecision, ...]:
+        """Return the decisions as stores keep them: those about requirements of the model and built-in ones."""
+        own = [requirement.name for requirement in model.requirements]
         return tuple(
             KnownDecision(each.name, each.is_built_in, each.status, each.reason, each.case or "")
             for each in self.decided
+            if each.is_built_in or each.name in own
         )
 
     @property

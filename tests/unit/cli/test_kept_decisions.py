@@ -123,3 +123,39 @@ def test_a_requirement_is_explained_by_what_closing_says_of_it(scbm: Scbm, lamp:
     assert "relay_req_trigger" in held["nearest"]
     built_in = json.loads(scbm("explain", lamp, "no_orphan", "--json").out)
     assert (built_in["requirement"]["built_in"], bool(built_in["assumptions"])) == (True, True)
+
+
+def test_close_decides_the_requirements_of_the_command_line(scbm: Scbm, lamp: Path) -> None:
+    dark, free = "never lamp == on", "never lamp == on && relay_req_trigger == true"
+    asked = ("--require", dark, "--require", free)
+    ran = scbm("close", lamp, *asked, "--store", "s.db", "--out", "closed", "--json")
+    closing = json.loads(ran.out)
+    decided = {each["name"]: each for each in closing["requirements"]["decided"]}
+    assert (decided["required_1"]["status"], decided["required_1"]["case"], ran.code) == (
+        *("violated", "required_1-1"),
+        1,
+    )
+    assert (decided["required_2"]["status"], decided["required_2"]["certificate"]) == ("holds", None)
+    assert not [name for each in closing["certificates"] for name in each["requirements"] if "required" in name]
+    assert "--require 'never lamp == on'" in scbm("close", lamp, *asked).out
+    assert scbm("test", lamp, "closed/cases/required_1-1.yaml", "--store", "s.db", "--no-shrink").code == 1
+    assert "required" not in " ".join(words(scbm("report", "s.db").out))
+
+
+def test_a_suite_of_close_is_checked_by_the_requirements_of_the_command_line(scbm: Scbm, lamp: Path) -> None:
+    case = "case: lit\nmodel: lamp.yaml\ngoal: lit\nrequirements: {required_1: never lamp == off}\n"
+    Path("lit.yaml").write_text(case, encoding="utf-8")
+    for sentence, status in (("never lamp == on", "violated"), ("always lamp == off || lamp == on", "holds")):
+        ran = scbm("close", lamp, "--suite", "lit.yaml", "--require", sentence, "--json")
+        found = {each["name"]: each for each in json.loads(ran.out)["requirements"]["decided"]}["required_1"]
+        assert (found["status"], found.get("case")) == (status, "lit" if status == "violated" else None)
+
+
+def test_errors_of_close_about_requirements_are_located_with_those_of_other_options(scbm: Scbm, lamp: Path) -> None:
+    ran = scbm("close", lamp, "--require", "never lamp == onn", "--require", "lamp = on", "--planner", "none")
+    assert ran.code == 2
+    assert re.findall(r"^(\S+): error\[(.*?)\]", ran.err, re.MULTILINE) == [
+        ("--planner:1:1", "unknown-planner"),
+        ("--require:1:15", "value-outside-domain"),
+        ("--require:1:6", "requirement-syntax"),
+    ]

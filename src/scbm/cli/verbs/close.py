@@ -14,7 +14,8 @@ from scbm.cli.options.campaign_options import read_executor
 from scbm.cli.options.closing_options import ClosingLimits, limit_text
 from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.option_errors import option_error
+from scbm.cli.options.option_errors import OptionReader, option_error
+from scbm.cli.options.option_values import read_requirements
 from scbm.cli.options.planner_options import PlannerOptions, RunPlanner
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.options.verb_options import Jobs, Json, Seed, SuiteFiles
@@ -26,8 +27,8 @@ from scbm.closing.closing_result import ClosingResult
 from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, suggestion
-from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.model.visible_text import counted
+from scbm.model import Diagnostic, InputError, Place, Requirement, Slug
+from scbm.model.visible_text import counted, shell_word
 from scbm.reports.terminal.closing_report import closing_report
 from scbm.testing.suite import Suite
 
@@ -58,6 +59,12 @@ def command(
     requirements: Annotated[
         bool, HelpSection.CASES.option("--requirements", help="Decide the requirements in all runs, built-in ones too.")
     ] = False,
+    require: Annotated[
+        list[str] | None,
+        HelpSection.CASES.option(
+            "--require", metavar="SENTENCE", help="Decide this requirement in all runs, too, as with --requirements."
+        ),
+    ] = None,
     jobs: Jobs = None,
     out: Annotated[
         Path | None,
@@ -85,10 +92,11 @@ def command(
     if check:
         return check_certificates(files or [], json=json)
     model = _only_model(files or [])
+    decides = requirements or bool(require)
     asked = _CloseRequest(
-        model, tuple(suite or ()), cases, seed, limits, planner, jobs, waivers, one_case_each, requirements
+        model, tuple(suite or ()), cases, seed, limits, planner, jobs, waivers, one_case_each, decides, require or ()
     )
-    if store is not None and not requirements:
+    if store is not None and not decides:
         message, remedy = "a store keeps the answers about requirements", "add `--requirements`"
         raise option_error("--store", message, remedy)
     refuse_output(model, out, store, edits_model=bool(write))
@@ -114,7 +122,7 @@ def _carry_out(
     if store is not None and closing.requirements is not None and not closing.is_interrupted:
         from scbm.store import keep_decisions  # noqa: PLC0415 - a database, which few closings need
 
-        keep_decisions(store, closing.model, closing.requirements.known)
+        keep_decisions(store, closing.model, closing.requirements.known(closing.model))
     result = replace(result, output=output, written=goals.new, already=goals.already)
     if json:
         from scbm.closing.closing_json import closing_json  # noqa: PLC0415 - only what is asked for is loaded
@@ -151,14 +159,17 @@ class _CloseRequest(Struct, frozen=True):
     waivers: Path | None = None
     one_case_each: bool = False
     requirements: bool = False
+    require: Sequence[str] = ()
     interruption: Interruption = field(default_factory=Interruption)
 
     def close(self) -> ClosingResult:
         """Read model and suite again, run the suite, and decide the remaining obligations."""
-        model = self.planner.applied(load_model(self.file))
-        waivers = read_waivers_of(model, self.waivers)
+        written, read = load_model(self.file), OptionReader()
+        model = read.read(lambda: self.planner.applied(written), written)
+        asked: tuple[Requirement, ...] = read.read(lambda: read_requirements(self.require, model), ())
+        waivers = read.last(lambda: read_waivers_of(model, self.waivers))
         suite = Suite(model, self.file, self.paths, random=self.cases, seed=self.seed, planner_option=self.planner.text)
-        suite = suite.loaded()
+        suite = replace(suite, requirements=asked).loaded()
         with activity_display(suite.activity) as show:
             executor = read_executor(self.jobs)
             with self.interruption.stage():
@@ -171,7 +182,8 @@ class _CloseRequest(Struct, frozen=True):
             if self.requirements and not closing.is_interrupted:
                 from scbm.closing.requirements.requirement_closer import RequirementCloser  # noqa: PLC0415 - few closings do
 
-                decisions = RequirementCloser(model, self.limits, show, self.interruption).decide(campaign, closing)
+                closer_of_runs = RequirementCloser(model, self.limits, show, self.interruption, asked)
+                decisions = closer_of_runs.decide(campaign, closing)
                 certificates = (*closing.certificates, *decisions.certificates)
                 closing = replace(closing, requirements=decisions, certificates=certificates)
         closing = with_waivers(closing, waivers)
@@ -180,7 +192,8 @@ class _CloseRequest(Struct, frozen=True):
     @property
     def _options(self) -> str:
         each = " --one-case-each" * self.one_case_each + " --requirements" * self.requirements
-        return f"{each}{limit_text(self.limits)}"
+        require = "".join(f" --require {shell_word(sentence)}" for sentence in self.require)
+        return f"{each}{require}{limit_text(self.limits)}"
 
 
 class _SuggestedGoals(Struct, frozen=True):
