@@ -48,7 +48,7 @@ def test_wrong_cases_get_exactly_these_diagnostics(slug: str, request: pytest.Fi
         found = error_of(path).diagnostics
         assert [each.order for each in found] == sorted(each.order for each in found)
         assert [each.source_line for each in found] == [lines[each.place.line - 1] for each in found]
-        assert all(1 <= each.place.column <= len(each.source_line) + 1 for each in found)
+        assert all(1 <= each.place.column <= len(each.source_line or "") + 1 for each in found)
 
 
 def test_every_slug_of_cases_is_in_some_expectation() -> None:
