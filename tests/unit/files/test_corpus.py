@@ -98,7 +98,8 @@ def wrongly_placed(path: Path) -> list[Diagnostic]:
     return [
         found
         for found in here
-        if found.source_line != lines[found.place.line - 1] or not 1 <= found.place.column <= len(found.source_line or "") + 1
+        if found.source_line != lines[found.place.line - 1]
+        or not 1 <= found.place.column <= len(found.source_line or "") + 1
     ]
 
 
