@@ -33,7 +33,7 @@ def test_links_are_shown_as_their_words(scbm: Scbm) -> None:
     assert "\n- coverage store: " in shown
 
 
-@pytest.mark.parametrize("word", ["unknown-keys", "test", "node", "nothing"])
+@pytest.mark.parametrize("word", ["unknown-keys", "livelock", "test", "node", "nothing"])
 def test_another_word_is_an_error_with_a_remedy(scbm: Scbm, word: str, wording: Wording) -> None:
     ran = scbm("help", word)
     assert (ran.code, ran.out) == (2, "")

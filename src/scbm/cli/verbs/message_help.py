@@ -22,6 +22,9 @@ _MESSAGE = Annotated[
     ),
 ]
 
+_FEW = 3
+"""Maximum number of slugs that are suggested for a part of their name."""
+
 
 def command(message: _MESSAGE = None) -> int:
     """Explain an error or a warning, such as `unknown-variable`, with an example and a remedy."""
@@ -46,6 +49,10 @@ def _list_slugs() -> None:
 
 def _unknown(word: str, slugs: list[str]) -> InputError:
     """Return the error for a word that is no slug; people also ask for the help of a verb here."""
-    is_verb = word in {name.partition(" ")[0] for name in VERBS}
-    remedy = f"run `scbm {word} --help` for the verb" if is_verb else suggestion(word, slugs, "`scbm help` lists all")
+    with_word = [slug for slug in slugs if word in slug]
+    remedy = suggestion(word, slugs, "`scbm help` lists all")
+    if word in {name.partition(" ")[0] for name in VERBS}:
+        remedy = f"run `scbm {word} --help` for the verb"
+    elif 0 < len(with_word) <= _FEW:
+        remedy = f"did you mean `{'` or `'.join(with_word)}`?"
     return option_error("SLUG", f"no message has the slug `{word}`", remedy, word)
