@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from scbm.store import SmallestCase, read_history
+from scbm.cases import Case
+from scbm.files import read_case
+from scbm.reports.html import html_report
+from scbm.store import Replays, SmallestCase, read_history
 from scbm.testing import FailureKind
 from unit.cli.test_store import Scbm
 
@@ -74,3 +77,14 @@ def test_a_damaged_column_is_reported(scbm: Scbm, store: Path) -> None:
         connection.execute("UPDATE test_case SET smallest = '[{}]' WHERE smallest IS NOT NULL")
     connection.close()
     assert scbm("report", store).code == 2
+
+
+def test_a_requirement_of_the_command_line_is_violated_once(scbm: Scbm, store: Path) -> None:
+    """The smallest case has the requirement in its text, so a report must not add it again."""
+    _run(scbm, store, "--require", "never valve == open")
+    history = read_history(store)
+    (small,) = [each for each in _kept(store) if each.subject == "required_1"]
+    shown: list[Case] = []
+    html_report(history, lambda stored: shown.append(Replays(history).case(stored)))
+    (case,) = [each for each in shown if each.name == read_case(small.text, history.model).name]
+    assert [each.name for each in case.requirements].count("required_1") == 1

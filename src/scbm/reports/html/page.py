@@ -211,5 +211,4 @@ def _executions(
     causes = causes_of(history)
     for number, small in _smallest_cases(history).items():
         case = causes[number].case
-        recipe = Written(small.text, small.path, case.recipe.requirements, case.recipe.time_limit_ns)
-        yield replay(replace(case, recipe=recipe, log=None))
+        yield replay(replace(case, recipe=Written(small.text, small.path), log=None))
