@@ -7,6 +7,7 @@ of its whole run. Reports distinguish cases in simulation from cases over nodes,
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -141,7 +142,7 @@ def again(stored: StoredCase, model_file: str, runs: Sequence[StoredRun]) -> str
         return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{options}{_added(recipe)}"
     network = f" --network {shell_word(recipe.network)}" if recipe.network else ""
     network += " --inputs drawn" if recipe.moves_inputs else ""
-    default = 1 if _SINGLE.search(run.source.text) else MOST_GOALS
+    default = 1 if _declares(run.source.text, _SINGLE) else MOST_GOALS
     network += "" if recipe.goals == default else f" --goals {recipe.goals}"
     options = f"{network}{_planner_options(run)}{_added(recipe)}"
     return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{options}"
@@ -157,6 +158,12 @@ _PLANS = re.compile(r"^plans\b", re.MULTILINE)
 """Found in the text of a case with recorded answers of a planner."""
 
 
+@lru_cache(16)
+def _declares(text: str, pattern: re.Pattern[str]) -> bool:
+    """Return whether the text of a model has a pattern; all cases of a run ask the same."""
+    return pattern.search(text) is not None
+
+
 def _planner_options(run: StoredRun, prefix: str = "--", more: str = "") -> str:
     """Return the options for the planner of a run, each with a leading blank.
 
@@ -164,7 +171,7 @@ def _planner_options(run: StoredRun, prefix: str = "--", more: str = "") -> str:
     text `more` of a case.
     """
     planner = PlannerIdentity.parse(run.planner)
-    is_drawn, declares = planner.name == DRAWN_PLANS, bool(_DRAWN.search(run.source.text))
+    is_drawn, declares = planner.name == DRAWN_PLANS, _declares(run.source.text, _DRAWN)
     plans = [("plans", DRAWN_PLANS if is_drawn else FIRST_PLANNER.name)] if is_drawn != declares else []
     planner = replace(planner, name=FIRST_PLANNER.name) if is_drawn else planner
     if planner.words == FIRST_PLANNER.name and "planner" not in run.source.text + more:
