@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
     _Sample: TypeAlias = Callable[[Element, Point], None]
 
-_ROW_WIDTH = 1_240
+_ROW_WIDTH = 1_190
+"""Maximum width of a row in pixels: that of the page of a report. A wider automaton has a row of its own."""
+
 _GAP = 12
 
 
@@ -78,10 +80,9 @@ def finish(root: Element, size: Point) -> str:
 
 def _rows(sizes: Sequence[Point]) -> tuple[list[Point], Point]:
     """Return the corners of frames that stand in rows, and the size of all."""
-    limit = max([_ROW_WIDTH, *(size.x for size in sizes)])
     places, x, y, height, right = [], 0.0, 0.0, 0.0, 0.0
     for size in sizes:
-        if x and x + size.x > limit:
+        if x and x + size.x > _ROW_WIDTH:
             x, y, height = 0.0, y + height + _GAP, 0.0
         places.append(Point(x + _GAP, y + _GAP))
         x, height = x + size.x + _GAP, max(height, size.y)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -133,6 +134,18 @@ def test_labels_are_cut_and_tooltips_are_whole() -> None:
     svg = parsed(picture(renamed).svg())
     shown = [element for element in svg.iter(f"{SVG}text") if "".join(element.itertext()).startswith(name)]
     assert [element[0].tail for element in shown] == [f"{name[:39]}…"]
+
+
+def test_a_wide_automaton_has_a_row_of_its_own() -> None:
+    """Else its width would be that of all rows, and a page would show only the left part of each."""
+    svg = parsed(picture(load_model(EXAMPLE / "before.yaml")).svg())
+    frames = [each for each in svg.iter(f"{SVG}g") if each.get("class") == "automaton"]
+    places = [tuple(map(float, re.findall(r"[\d.]+", each.get("transform") or ""))) for each in frames]
+    boxes = [(x, y, float(frame[0].get("width") or "")) for frame, (x, y) in zip(frames, places, strict=True)]
+    assert any(width > 1_200 for _, _, width in boxes)
+    for row in dict.fromkeys(y for _, y, _ in boxes):
+        inside = [x + width for x, y, width in boxes if y == row]
+        assert len(inside) == 1 or max(inside) <= 1_216
 
 
 def test_wide_characters_are_as_wide_as_two() -> None:
