@@ -53,6 +53,12 @@ def test_markdown_and_the_page_say_it(history: History, wording: Wording) -> Non
         wording(re.findall(rf"\w[\w ]*: {WORDS}", text))
 
 
+def test_the_page_sets_names_as_code(history: History) -> None:
+    case = replace(history.cases[0], verdict=Verdict(End.ABORTED, (), (Excuse.MAY_END,)))
+    text = html_report(replace(history, cases=(case,)), lambda _: None)
+    assert "by <code>may_end</code>" in text
+
+
 def test_junit_says_it_of_the_suite_and_of_each_case(history: History, wording: Wording) -> None:
     text = junit_xml(history)
     assert f'name="cases_short_of_goal" value="{WORDS}"' in text
