@@ -30,11 +30,11 @@ from scbm.store import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from scbm.closing import CloseLimits
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, Requirement
     from scbm.mutation.mutants import Mutant
     from scbm.testing.suite import Suite
 
@@ -54,7 +54,8 @@ def keeping_mutants(path: Path, suite: Suite, limits: CloseLimits | None, *, rec
     count = sum(1 for _ in mutants_of(model))
     mutated = MutatedSuite(basis_of(model), oracle, _case_keys(suite), count, time_now())
     with write_mutants(path, model, mutated) as writer:
-        yield MutantKeeper(writer, model, None if limits is None else json.dumps(asdict(limits), sort_keys=True))
+        words = None if limits is None else json.dumps(asdict(limits), sort_keys=True)
+        yield MutantKeeper(writer, model, words, suite.requirements)
 
 
 def _case_keys(suite: Suite) -> tuple[bytes, ...]:
@@ -72,10 +73,13 @@ class MutantKeeper:
         added: the names of the mutants whose results were added or changed.
     """
 
-    def __init__(self, writer: MutantWriter, model: BehaviorModel, limits: str | None) -> None:
+    def __init__(
+        self, writer: MutantWriter, model: BehaviorModel, limits: str | None, requirements: Sequence[Requirement]
+    ) -> None:
         self._writer = writer
         self._model = model
         self._limits = limits
+        self._sentences = [requirement.sentence for requirement in requirements]
         self.added: dict[str, None] = {}
 
     @property
@@ -102,17 +106,21 @@ class MutantKeeper:
     def decided(self, result: MutantResult) -> MutantResult | None:
         """Return the result of a mutant that no case killed with the decision in the store; `None` if it has none.
 
-        A decision under larger limits counts, too: it was looked for at least as long.
+        A decision under larger limits counts, too: it was looked for at least as long. A witness counts if it was
+        judged by the same requirements.
         """
         wanted = self._limits or ""
-        found = self._writer.decisions.get(result.mutant.name, {})
-        larger = [stored for limits, stored in found.items() if wanted and _covers(limits, wanted)]
-        stored = found.get(wanted) or max(larger, key=lambda each: each.rank, default=None)
+        known = self._writer.decisions.get(result.mutant.name, {})
+        larger = [stored for limits, stored in known.items() if wanted and _covers(limits, wanted)]
+        stored = known.get(wanted) or max(larger, key=lambda each: each.rank, default=None)
         if stored is None:
             return None
         decided = result.stored(self._model).decided_by(stored)
+        found = MutantResult.of_stored(decided, result.mutant, self._model)
+        if found.witness is not None and [each.sentence for each in found.witness.requirements] != self._sentences:
+            return None
         self._add(decided)
-        return MutantResult.of_stored(decided, result.mutant, self._model)
+        return found
 
     def add(self, result: MutantResult, *, is_decided: bool) -> None:
         """Add a result. Raise `InputError` if the store cannot be written.

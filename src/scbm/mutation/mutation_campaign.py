@@ -301,7 +301,7 @@ class MutationLoop:
                 show(f"comparing {compared} of {counted(count, 'mutant')} that no case killed: {result.mutant.name}")
                 decided = None if keeper is None else keeper.decided(result)
                 if decided is None:
-                    survivors = survivors or Survivors(self._suite.model, limits, show)
+                    survivors = survivors or Survivors(self._suite.model, limits, show, self._suite.requirements)
                     decided = survivors.decided(result)
                     if keeper is not None:
                         keeper.add(decided, is_decided=True)

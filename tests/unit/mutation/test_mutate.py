@@ -36,6 +36,25 @@ automatic_transitions:
   counts: {g: open_door.state == timedout && count == 0, a: [count <- 1]}
 goals: {opened: door == open}
 """
+HALTED = """behavior_model: halted
+variables:
+  item: {domain: [shelf, placed], initial: shelf}
+  stop: {domain: [up, pressed], initial: up}
+  latch: {domain: [none, stopped], initial: none, source: state}
+  lamp: {domain: [off, on], initial: off, source: state}
+operations:
+  place: {pre: {g: item == shelf && latch == none}, post: {g: true, a: [item <- placed]}}
+automatic_transitions:
+  trip: {g: stop == pressed && latch == none, a: [latch <- stopped]}
+  reset: {g: stop == up && latch == stopped, a: [latch <- none]}
+  lights: {g: item == placed && lamp == off, a: [lamp <- on]}
+environment:
+  press: {guard: stop == up, actions: [stop <- pressed], every: {exponential: 10 s}}
+  pull: {guard: stop == pressed, actions: [stop <- up], after: 1 s}
+goals: {placed: {goal: item == placed, may_end: [unsolvable]}}
+requirements:
+  tripped: stop == pressed leads to latch == stopped
+"""
 LATE = "case: late\nmodel: gate.yaml\ngoal: opened\noutcomes: {motor: [timeout]}\n"
 SCHEMA = Path(__file__).parents[2] / "foreign" / "sarif-schema-2.1.0.json"
 
@@ -103,6 +122,24 @@ def test_the_threshold_decides_the_exit_code(scbm: Scbm, gate: Path, wording: Wo
     ran = scbm(*arguments, "--fail-under", "mutants=90")
     assert ran.code == 1
     wording(ran.err)
+
+
+def test_the_run_that_shows_a_survivor_is_judged_by_all_requirements(scbm: Scbm, tmp_path: Path) -> None:
+    (tmp_path / "plain.yaml").write_text("case: plain\nmodel: halted.yaml\ngoal: placed\n", encoding="utf-8")
+    path = tmp_path / "halted.yaml"
+    path.write_text(HALTED, encoding="utf-8")
+    asked = ("mutate", path, path.with_name("plain.yaml"), "--operators", "guard-drop, transition-drop")
+
+    def benign(*require: str) -> dict[str, bool]:
+        """Whether each mutant that survived breaks no requirement in the run that shows it."""
+        found = result(scbm(*asked, *require, "--json", "--store", tmp_path / "m.db"))["mutants"]
+        return {each["name"]: each["benign"] for each in found if each["status"] == "survived"}
+
+    built_in, own, added = "automatic/reset/drop", "automatic/trip/drop", "place/pre.g/drop:latch == none"
+    plain = benign()
+    assert (plain[built_in], plain[own], plain[added]) == (False, False, True)
+    assert not benign("--require", "never place.state == executing && latch == stopped")[added]
+    assert benign() == plain
 
 
 def test_a_threshold_without_mutants_cannot_be_met(scbm: Scbm, gate: Path, wording: Wording) -> None:

@@ -21,7 +21,7 @@ from scbm.running.untimed.situations import PlanningTooLargeError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from scbm.model import BehaviorModel, State
+    from scbm.model import BehaviorModel, Requirement, State
     from scbm.mutation.equivalence.mutant_decisions import MutantDecision
     from scbm.mutation.mutant_results import MutantResult
     from scbm.running import Program
@@ -35,6 +35,7 @@ class Equivalences:
         model: BehaviorModel,
         limits: CloseLimits = CloseLimits(),  # noqa: B008 - an immutable value
         progress: Callable[[str], None] | None = None,
+        requirements: tuple[Requirement, ...] = (),
     ) -> None:
         """Explore the runs of the model.
 
@@ -42,6 +43,7 @@ class Equivalences:
             model: the original.
             limits: the limits of the exploration, of planning, and of the cases that are tried.
             progress: called with what is being explored, with counts.
+            requirements: what witnesses are judged by, beside the requirements of the model.
 
         Raises:
             KeyboardInterrupt: the user ended the exploration.
@@ -51,7 +53,7 @@ class Equivalences:
         self._observed = shown = ObservedRuns(model, limits, report, model.runs.proved_plans)
         if model.runs.proved_plans is not PlanSet.CANONICAL:  # cases that follow walks have canonical plans
             shown = ObservedRuns(model, limits, report, PlanSet.CANONICAL)
-        self._witnesses = WitnessSearch(shown, limits.candidates)
+        self._witnesses = WitnessSearch(shown, limits.candidates, requirements)
 
     @property
     def model(self) -> BehaviorModel:
@@ -110,9 +112,15 @@ def _why_hidden(world: WorldDifferences) -> str:
 class Survivors:
     """Decides about mutants of one model that survived a suite; the runs of the model are explored once."""
 
-    def __init__(self, model: BehaviorModel, limits: CloseLimits, progress: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        model: BehaviorModel,
+        limits: CloseLimits,
+        progress: Callable[[str], None],
+        requirements: tuple[Requirement, ...],
+    ) -> None:
         """Explore the runs of the model. For the arguments see `Equivalences`."""
-        self._equivalences = Equivalences(model, limits, progress) if model.goals else None
+        self._equivalences = Equivalences(model, limits, progress, requirements) if model.goals else None
 
     def decided(self, result: MutantResult) -> MutantResult:
         """Return the result of a mutant with what is decided about it; that of a killed mutant as it is."""

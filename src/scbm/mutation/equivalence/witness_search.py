@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases.trace import Record
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, Requirement
     from scbm.mutation.equivalence.observed_runs import ObservedRuns
     from scbm.mutation.equivalence.runner_differences import StateDifference
     from scbm.testing import Execution
@@ -46,13 +46,15 @@ _SEED = 1
 class WitnessSearch:
     """Searches for witnesses for the mutants of one model."""
 
-    def __init__(self, observed: ObservedRuns, most_tried: int) -> None:
+    def __init__(self, observed: ObservedRuns, most_tried: int, requirements: tuple[Requirement, ...] = ()) -> None:
         """Prepare the search.
 
         Args:
             observed: the runs of the original.
             most_tried: the maximum number of differences, and of random cases, that are tried for a mutant.
+            requirements: the requirements of each case beside those of the model.
         """
+        self._requirements = requirements
         self._observed = observed
         self._most_tried = most_tried
         self._model = observed.model
@@ -123,7 +125,7 @@ class WitnessSearch:
 
     def _compared(self, compared: ComparedRuns, cases: Iterable[Case]) -> Iterator[DifferentMutant]:
         for case in cases:
-            original = bounded(self._tester, case)
+            original = self._run(case)
             mutated = None if original is None else compared.differing(original, original.case)
             if original is not None and mutated is not None:
                 yield DifferentMutant(original.case, original, mutated)
@@ -149,7 +151,10 @@ class WitnessSearch:
 
     def _draw_random(self) -> Iterator[Execution]:
         cases = self._random_cases()
-        yield from (execution for case in cases if (execution := bounded(self._tester, case)) is not None)
+        yield from (execution for case in cases if (execution := self._run(case)) is not None)
+
+    def _run(self, case: Case) -> Execution | None:
+        return bounded(self._tester, replace(case, requirements=self._requirements))
 
     def _random_cases(self) -> Iterator[Case]:
         """Yield a plain case for each goal from the nominal state, then random cases."""
