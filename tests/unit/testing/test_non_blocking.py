@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import pytest
 from msgspec.structs import replace
@@ -12,8 +13,9 @@ from scbm.cases.trace import End, state_after
 from scbm.closing import CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
-from scbm.files import read_model
-from scbm.model import BehaviorModel, GoalOrder, RunPlans, RunsDeclaration, Value
+from scbm.files import load_model, read_model
+from scbm.model import And, BehaviorModel, GoalOrder, RunPlans, RunsDeclaration, Value
+from scbm.model.requirements import BUILT_IN_NAMES
 from scbm.testing import Campaign, Execution, RandomCases, Tester
 from scbm.testing.continuations import reachable_goals
 from scbm.testing.continuations.reachable_goals import LostGoals, ReachableGoals, UnknownReachabilityError
@@ -41,6 +43,21 @@ environment:
 goals:
   placed: {goal: item == placed, may_end: [aborted]}
 """
+LATCH = """
+behavior_model: seed
+variables:
+  stop_button: {domain: [up, pressed], initial: up}
+  latch: {domain: [none, stopped], initial: none, source: state}
+operations: {}
+automatic_transitions:
+  trip: {g: stop_button == pressed && latch == none, a: [latch <- stopped]}
+environment:
+  press: {guard: stop_button == up, actions: [stop_button <- pressed], every: {exponential: 10 s}}
+  pull: {guard: stop_button == pressed, actions: [stop_button <- up], after: 1 s}
+goals:
+  free: latch == none
+"""
+EXAMPLES = Path(__file__).parents[3] / "examples"
 FAR_AWAY = EnvironmentChange(7_200 * 1_000_000_000, (("stop", "down"),), "press")
 FORGETS = ("environment:", "  forget: {g: stop == up && preempt == asked, a: [preempt <- none]}\nenvironment:")
 
@@ -51,6 +68,19 @@ def model_of(*replacements: tuple[str, str]) -> BehaviorModel:
         assert old in text
         text = text.replace(old, new)
     return read_model(text)
+
+
+def with_latch(model: BehaviorModel) -> BehaviorModel:
+    """Return the model with a latch that a stop sets, that nothing resets, and that no operation starts under."""
+    seed = read_model(LATCH)
+    free = seed.goals[0][1]
+    return replace(
+        model,
+        variables=(*model.variables, *seed.variables),
+        operations=tuple(replace(each, pre=replace(each.pre, g=And((each.pre.g, free)))) for each in model.operations),
+        automatic_transitions=(*model.automatic_transitions, *seed.automatic_transitions),
+        environment=(*model.environment, *seed.environment),
+    )
 
 
 def failing(model: BehaviorModel, count: int = 20) -> list[Execution]:
@@ -74,6 +104,33 @@ def test_a_stop_that_nothing_resets_is_found_with_its_latch(wording: Wording) ->
     assert found.execution is not None
     case = found.execution.case
     assert ([change.by for change in case.environment or ()], len(case.goals)) == (["press"], 1)
+
+
+def test_of_equally_small_latches_the_one_that_no_transition_resets_is_named() -> None:
+    arm = ("variables:\n", "variables:\n  arm_at: {domain: [ready, stopped], initial: ready}\n")
+    stops = ("[preempt <- asked]", "[preempt <- asked, arm_at <- stopped]")
+    needs = ("guard: item ==", "guard: arm_at == ready && item ==")
+    home = (
+        "operations:\n",
+        "operations:\n  home: {pre: {g: preempt == none}, post: {g: true, a: [arm_at <- ready]}}\n",
+    )
+    leaves = ("leave: {g: preempt == asked", "leave: {g: arm_at == stopped && home.state == initial")
+    model = model_of(arm, stops, needs, home, leaves)
+    violation = next(each for each in failing(model)[0].violations if each.requirement == "non_blocking")
+    assert "preempt == asked: let a transition reset preempt" in violation.reason
+
+
+@pytest.mark.parametrize("name", [pytest.param("dual_cnc", marks=pytest.mark.longer), "gripper", "packml", "delivery"])
+def test_a_latch_seeded_in_an_example_is_found_with_the_smallest_history(name: str) -> None:
+    model = with_latch(load_model(EXAMPLES / name / "cell.yaml"))
+    off = tuple((each, "is not asked for") for each in BUILT_IN_NAMES if each != "non_blocking")
+    found = decided(replace(model, requirements=(), requirements_on=(), requirements_off=off))
+    assert found.status is RequirementStatus.VIOLATED
+    assert found.execution is not None
+    case = found.execution.case
+    assert ([change.by for change in case.environment or ()], len(case.goals)) == (["press"], 1)
+    latch = next(each.values for each in found.execution.violations)
+    assert latch == (("latch", "stopped"),)
 
 
 def test_a_stop_that_is_forgotten_is_none() -> None:

@@ -14,8 +14,8 @@ from itertools import chain, combinations, islice, product
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from scbm.cases.trace import End
-from scbm.model import GoalOrder, Role, RunPlans
-from scbm.model.sources import InitialStates, inputs, published_by
+from scbm.model import Assign, Constant, GoalOrder, Role, RunPlans
+from scbm.model.sources import InitialStates, inputs, published_by, replied
 from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
 from scbm.running.untimed.situations import (
     HappeningKind,
@@ -239,7 +239,10 @@ class ReachableGoals:
         return sorted(rests, key=lambda rest: away[rest])[:_MOST_RESTS]
 
     def _kept_away(self, positions: Mapping[Position, None]) -> tuple[str, ...]:
-        """Return the variables of the model that have one value in all positions, which is not their initial one."""
+        """Return the variables of the model that have one value in all positions, which is not their initial one.
+
+        Those that no part of the model sets to another value come first: the others need only these to be reset.
+        """
         states, packing = [position.state for position in positions], self._runs.program.packing
         names = self._runs.relevance(self._model.goals[0][1]).names
         found = []
@@ -247,7 +250,15 @@ class ReachableGoals:
             variable = self._model.running_space[name]
             if variable.role is Role.DECLARED and len({state & packing[name].mask for state in states}) == 1:
                 found += [name] if packing.value(states[0], name) != variable.initial else []
-        return tuple(found)
+        kept = {name: packing.value(states[0], name) for name in found}
+        return tuple(sorted(found, key=lambda name: self._may_set_otherwise(name, kept[name])))
+
+    def _may_set_otherwise(self, name: str, value: Value) -> bool:
+        """Return whether an action assigns another value to a variable than this one, or something else changes it."""
+        model = self._model
+        actions = (*model.actions, *(action for each in model.environment for action in each.actions))
+        kept = Assign(name, Constant(value))
+        return name in replied(model) or any(each.target == name and each != kept for each in actions)
 
     def _opens(self, rest: int, goal: int, names: Iterable[str], reached: _ReachMemory) -> bool:
         """Return whether initial values of some variables make a goal reachable; a search too long finds nothing."""

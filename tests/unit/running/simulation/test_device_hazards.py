@@ -9,7 +9,7 @@ from scbm.cases import Case, Network, Restart
 from scbm.files import read_case, read_model
 from scbm.model import BehaviorModel
 from scbm.running.simulation.device_hazards import Hazard, HazardKind
-from scbm.testing import Tester
+from scbm.testing import RandomCases, Tester
 from support.wording import Wording
 
 S = 1_000_000_000
@@ -30,6 +30,11 @@ automatic_transitions:
   give_up: {g: cancel == wanted && plan.state == executing, a: [plan.state <- aborted]}
 goals:
   arrived: {goal: at_goal == true, may_end: [aborted]}
+"""
+CHANGES_ITS_MIND = """
+environment:
+  ask: {guard: cancel == none, actions: [cancel <- wanted], every: {exponential: 10 s}}
+  forget: {guard: cancel == wanted, actions: [cancel <- none], after: 2 s}
 """
 MODEL = read_model(DRIVE)
 ONE_AT_A_TIME = read_model(f"{DRIVE}requirements_on: [one_request_at_a_time]\n")
@@ -129,6 +134,15 @@ def test_a_hazard_after_force_fails_no_case() -> None:
     run = Tester(ONE_AT_A_TIME).execute(case_of("{cancel: lost}", forced, ONE_AT_A_TIME))
     assert run.hazards
     assert run.verdict.passed
+
+
+def test_a_network_that_is_drawn_shows_hazards_in_random_cases() -> None:
+    random = RandomCases(read_model(f"{DRIVE}{CHANGES_ITS_MIND}"), network=None, goals=3)
+    tester = Tester(random.model)
+    found = [hazard for number in range(1, 31) for hazard in tester.execute(random.case(1, number)).hazards]
+    assert {each.kind for each in found} == {UNAWAITED, OVERLAP}
+    perfect = RandomCases(random.model, goals=3)
+    assert not [each for number in range(1, 31) for each in tester.execute(perfect.case(1, number)).hazards]
 
 
 def test_hazards_are_values() -> None:
