@@ -42,6 +42,48 @@ goals:
   scanned: box_is_scanned == true
 """
 
+STOPPED = """
+behavior_model: stopped
+variables:
+  item: {domain: [shelf, gripped, placed], initial: shelf}
+  preempt: {domain: [none, asked], initial: none, source: state}
+  stop: {domain: [up, down], initial: up}
+resources:
+  arm: {simulation: {latency: 4 s}}
+operations:
+  grip: {request: arm, deadline: 20 s, guard: item == shelf, effects: [item <- gripped]}
+  place: {request: arm, deadline: 20 s, guard: item == gripped, effects: [item <- placed]}
+automatic_transitions:
+  ask: {g: stop == down && preempt == none && current.state == executing, a: [preempt <- asked]}
+  leave: {g: preempt == asked && current.state == executing, a: [plan.state <- aborted]}
+environment:
+  press: {guard: stop == up, actions: [stop <- down], every: {exponential: 10 s}}
+  pull: {guard: stop == down, actions: [stop <- up], after: 1 s}
+goals:
+  placed: {goal: item == placed, may_end: [aborted]}
+"""
+"""A stop sets a latch, which ends plans and which nothing resets."""
+
+DRIVE = """
+behavior_model: drive
+variables:
+  at_goal: {domain: bool, initial: false}
+  cancel: {domain: [none, wanted], initial: none, source: input}
+resources:
+  controller: {simulation: {latency: 20 s}}
+operations:
+  follow_path:
+    request: controller
+    deadline: 60 s
+    guard: at_goal == false && cancel == none
+    effects: [at_goal <- true]
+automatic_transitions:
+  give_up: {g: cancel == wanted && plan.state == executing, a: [plan.state <- aborted]}
+goals:
+  arrived: {goal: at_goal == true, may_end: [aborted]}
+"""
+"""The user cancels a drive; the device may drive on."""
+
 
 def scan_cell(*replacements: tuple[str, str], more: str = "", is_open: bool = False) -> BehaviorModel:
     """The paper's scanning cell, with texts replaced and sections added; in a closed world unless `is_open`."""

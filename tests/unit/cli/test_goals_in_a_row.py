@@ -9,29 +9,10 @@ from typing import Protocol
 
 import pytest
 
+from support.models import STOPPED
 from support.wording import Wording
 
-STOPPED = """
-behavior_model: stopped
-variables:
-  item: {domain: [shelf, gripped, placed], initial: shelf}
-  preempt: {domain: [none, asked], initial: none, source: state}
-  stop: {domain: [up, down], initial: up}
-resources:
-  arm: {simulation: {latency: 4 s}}
-operations:
-  grip: {request: arm, deadline: 20 s, guard: item == shelf, effects: [item <- gripped]}
-  place: {request: arm, deadline: 20 s, guard: item == gripped, effects: [item <- placed]}
-automatic_transitions:
-  ask: {g: stop == down && preempt == none && current.state == executing, a: [preempt <- asked]}
-  leave: {g: preempt == asked && current.state == executing, a: [plan.state <- aborted]}
-environment:
-  press: {guard: stop == up, actions: [stop <- down], every: {exponential: 10 s}}
-  pull: {guard: stop == down, actions: [stop <- up], after: 1 s}
-goals:
-  placed: {goal: item == placed, may_end: [aborted]}
-  gripped: {goal: item == gripped, may_end: [aborted]}
-"""
+TWO_GOALS = f"{STOPPED}  gripped: {{goal: item == gripped, may_end: [aborted]}}\n"
 
 
 class Ran(Protocol):
@@ -45,7 +26,7 @@ Scbm = Callable[..., Ran]
 
 @pytest.fixture
 def stopped(tmp_path: Path) -> str:
-    (tmp_path / "stopped.yaml").write_text(STOPPED)
+    (tmp_path / "stopped.yaml").write_text(TWO_GOALS)
     return str(tmp_path / "stopped.yaml")
 
 

@@ -17,29 +17,12 @@ from scbm.proofcheck import (
     check_certificate,
 )
 from support.forged_certificates import claimed, continued, watched_runs
-from support.models import scan_cell
+from support.models import STOPPED, scan_cell
 from support.wording import Wording
 
-LATCH = """
-behavior_model: latch
-variables:
-  item: {domain: [shelf, gripped, placed], initial: shelf}
-  preempt: {domain: [none, asked], initial: none, source: state}
-  stop: {domain: [up, down], initial: up}
-resources:
-  arm: {simulation: {latency: 4 s}}
-operations:
-  grip: {request: arm, deadline: 20 s, guard: item == shelf, effects: [item <- gripped]}
-  place: {request: arm, deadline: 20 s, guard: item == gripped, effects: [item <- placed]}
-automatic_transitions:
-  ask: {g: stop == down && preempt == none && current.state == executing, a: [preempt <- asked]}
-  leave: {g: preempt == asked && current.state == executing, a: [plan.state <- aborted]}
-  forget: {g: stop == up && preempt == asked, a: [preempt <- none]}
-environment:
-  press: {guard: stop == up, actions: [stop <- down], every: {exponential: 10 s}}
-  pull: {guard: stop == down, actions: [stop <- up], after: 1 s}
-goals:
-  placed: {goal: item == placed, may_end: [aborted]}
+REFUTED = "which is claimed to hold"
+FORGET = "  forget: {g: stop == up && preempt == asked, a: [preempt <- none]}\n"
+REQUIREMENTS = """\
 requirements:
   never_lost: always item == shelf || item == gripped || item == placed
   not_placed: always item == shelf || item == gripped
@@ -52,8 +35,7 @@ requirements:
   no_placing: after item == gripped always item != placed until stop == down
   stop_stays: after item == shelf && stop == down always item != gripped until item == placed
 """
-REFUTED = "which is claimed to hold"
-FORGET = "  forget: {g: stop == up && preempt == asked, a: [preempt <- none]}\n"
+LATCH = STOPPED.replace("environment:\n", f"{FORGET}environment:\n") + REQUIREMENTS
 
 
 def latch(*replacements: tuple[str, str]) -> BehaviorModel:

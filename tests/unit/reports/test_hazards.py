@@ -19,6 +19,7 @@ from scbm.reports.terminal.store_report import stored_report
 from scbm.running.simulation.device_hazards import Hazard, HazardKind
 from scbm.store import History, read_history
 from support.histories import EXAMPLE, history_of
+from support.models import DRIVE
 from support.wording import Wording
 
 S = 1_000_000_000
@@ -95,24 +96,6 @@ def test_json_has_the_count_and_the_records(wording: Wording) -> None:
     wording(json.dumps(data["cases"][1]["hazards"]))
 
 
-DRIVE = """
-behavior_model: drive
-variables:
-  at_goal: {domain: bool, initial: false}
-  cancel: {domain: [none, wanted], initial: none, source: input}
-resources:
-  controller: {simulation: {latency: 20 s}}
-operations:
-  follow_path:
-    request: controller
-    deadline: 60 s
-    guard: at_goal == false && cancel == none
-    effects: [at_goal <- true]
-automatic_transitions:
-  give_up: {g: cancel == wanted && plan.state == executing, a: [plan.state <- aborted]}
-goals:
-  arrived: {goal: at_goal == true, may_end: [aborted]}
-"""
 STOPPED = """
 case: stopped
 model: drive.yaml

@@ -20,29 +20,10 @@ from scbm.testing import Campaign, Execution, RandomCases, Tester
 from scbm.testing.continuations import reachable_goals
 from scbm.testing.continuations.reachable_goals import LostGoals, ReachableGoals, UnknownReachabilityError
 from support.closings import closing_of
+from support.models import STOPPED
 from support.random_models import small_random_model
 from support.wording import Wording
 
-STOPPED = """
-behavior_model: stopped
-variables:
-  item: {domain: [shelf, gripped, placed], initial: shelf}
-  preempt: {domain: [none, asked], initial: none, source: state}
-  stop: {domain: [up, down], initial: up}
-resources:
-  arm: {simulation: {latency: 4 s}}
-operations:
-  grip: {request: arm, deadline: 20 s, guard: item == shelf, effects: [item <- gripped]}
-  place: {request: arm, deadline: 20 s, guard: item == gripped, effects: [item <- placed]}
-automatic_transitions:
-  ask: {g: stop == down && preempt == none && current.state == executing, a: [preempt <- asked]}
-  leave: {g: preempt == asked && current.state == executing, a: [plan.state <- aborted]}
-environment:
-  press: {guard: stop == up, actions: [stop <- down], every: {exponential: 10 s}}
-  pull: {guard: stop == down, actions: [stop <- up], after: 1 s}
-goals:
-  placed: {goal: item == placed, may_end: [aborted]}
-"""
 LATCH = """
 behavior_model: seed
 variables:

@@ -10,27 +10,10 @@ from scbm.files import read_case, read_model
 from scbm.model import BehaviorModel
 from scbm.running.simulation.device_hazards import Hazard, HazardKind
 from scbm.testing import RandomCases, Tester
+from support.models import DRIVE
 from support.wording import Wording
 
 S = 1_000_000_000
-DRIVE = """
-behavior_model: drive
-variables:
-  at_goal: {domain: bool, initial: false}
-  cancel: {domain: [none, wanted], initial: none, source: input}
-resources:
-  controller: {simulation: {latency: 20 s}}
-operations:
-  follow_path:
-    request: controller
-    deadline: 60 s
-    guard: at_goal == false && cancel == none
-    effects: [at_goal <- true]
-automatic_transitions:
-  give_up: {g: cancel == wanted && plan.state == executing, a: [plan.state <- aborted]}
-goals:
-  arrived: {goal: at_goal == true, may_end: [aborted]}
-"""
 CHANGES_ITS_MIND = """
 environment:
   ask: {guard: cancel == none, actions: [cancel <- wanted], every: {exponential: 10 s}}
