@@ -98,6 +98,8 @@ class ShapeCheck:
         if not spot.node.condemned:
             where = f" under `{spot.section}`" if spot.section is not None else ""
             message = f"expected {expected}, found {_found(spot.node.plain)}{where}"
+            is_cut = any(_QUANTIFIER.search(key) for key in spot.node.items)
+            remedy = remedy or (_CUT if is_cut else None)
             self._report.add(Slug.WRONG_SHAPE, message, spot.place, remedy)
 
     def unknown_key(self, key: str, place: Place, known: Sequence[str]) -> None:
@@ -116,6 +118,11 @@ class ShapeCheck:
             whose = f" in {spot.shown}" if spot.section is not None else ""
             self._report.add(Slug.MISSING_KEY, f"`{key}` is missing{whose}", spot.place)
 
+
+_QUANTIFIER = re.compile(r"\b(?:forall|exists|count|sum|min|max)\s+\w+\Z", re.ASCII)
+"""The beginning of a text with a quantifier, up to the colon that makes it a key of YAML."""
+
+_CUT = "write `in` for the colon, or put the whole text into quotes"
 
 _KEY_AND_VALUE = re.compile(r"(\w+)(?:\s*[=:]\s*|\s+(?=[\d.]))(\S.*)")
 """A key with its value, but without the colon and the blank that YAML needs: `loss=10 %`, `loss:10 %`, `loss 10 %`."""

@@ -524,7 +524,8 @@ class LiftedReader:
             self._note(Slug.WRONG_INDEX, message, token.begin, token.end, example)
             return
         remedy = suggestion(token.text, self._scope.names.indexed, "names with an index are")
-        message = f"there is no variable `{token.text}` with an index" if self._scope.names.is_whole else ""
+        message = f"there is no variable, resource or operation `{token.text}` with an index"
+        message = message if self._scope.names.is_whole else ""
         self._note(Slug.UNKNOWN_VARIABLE, message, token.begin, token.end, remedy)
 
 

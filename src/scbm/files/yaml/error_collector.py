@@ -28,6 +28,14 @@ _MAX_CHARACTERS = 400
 
 
 _QUOTED = re.compile(r"`[^`]*`")
+_CHOICE = re.compile(r"(\w+)(?:\s+in\s+|\s*:\s*)(\w+)(?=[^()]*\.)", re.ASCII)
+"""A parameter of a quantifier, with its type."""
+
+
+def _quantified(before: str) -> dict[str, str]:
+    """Return a parameter for each type, of the quantifiers whose brackets are open at the end of a text."""
+    choices = _CHOICE.finditer(before)
+    return {each[2]: each[1] for each in choices if before.count("(", each.end()) > before.count(")", each.end())}
 
 
 class _NotedError(Struct):
@@ -168,7 +176,7 @@ class ErrorCollector:
         if noted is not None and _number_of_users(noted.first.place) <= _number_of_users(place):
             noted.count += 1
             return
-        shown = None if remedy is None else self._remedy_as_written(remedy, place, is_lifted=instances is not None)
+        shown = None if remedy is None else self._remedy_as_written(remedy, place)
         copies = self._copies.get(place.file)
         number = (1 if instances is None else instances) * (len(copies.prefixes) if copies is not None else 1)
         first = self._diagnostic(slug, message, place, remedy)
@@ -204,11 +212,12 @@ class ErrorCollector:
         copies = self._copies.get(place.file)
         return text if copies is None else copies.in_text(text)
 
-    def _remedy_as_written(self, remedy: str, place: Place, *, is_lifted: bool) -> str:
+    def _remedy_as_written(self, remedy: str, place: Place) -> str:
         """Return a remedy with names that can be written where the error is."""
-        if self._names is not None and is_lifted:
-            parameters = self._parameters.get((place.file, place.line), {})
-            remedy = self._names.in_text(remedy, self._source_line(place) or "", parameters)
+        line = self._source_line(place) or ""
+        own, quantified = self._parameters.get((place.file, place.line)), _quantified(line[: place.column - 1])
+        if self._names is not None and (own is not None or quantified):
+            remedy = self._names.in_text(remedy, line, {**(own or {}), **quantified}, self.underlined(place))
         return self._as_written(remedy, place, is_lifted=False)
 
     def _source_line(self, place: Place) -> str | None:

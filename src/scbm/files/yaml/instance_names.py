@@ -86,25 +86,30 @@ class InstanceNames(Struct, frozen=True):
     choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     instances: Mapping[tuple[str, str], EntryInstance] = field(default_factory=dict)
 
-    def in_text(self, text: str, written: str, parameters: Mapping[str, str] | None = None) -> str:
+    def in_text(
+        self, text: str, written: str, parameters: Mapping[str, str] | None = None, underlined: str = ""
+    ) -> str:
         """Return a text in which entries stand for their instances.
 
         Args:
             text: a message or a remedy.
             written: the line that it is about; an instance that is named there keeps its name.
             parameters: of a remedy, a parameter for each type: what it says to write can be written in this entry.
+            underlined: of a remedy, what the error underlines: a name is written as it stands there.
         """
         listed = _LIST.fullmatch(text)
         if listed is not None:
             names = dict.fromkeys(self._shown(name, written) for name in listed["names"].split(", "))
             return f"{listed['head']}{', '.join(names)}{listed['rest']}"
         if parameters is not None:
-            return _NAME.sub(lambda match: self._usable(match[0], written, parameters), text)
+            return _NAME.sub(lambda match: self._usable(match[0], written, parameters, underlined), text)
         return _NAME.sub(lambda match: self._shown(match[0], written), text) if self.lifted else text
 
-    def _usable(self, name: str, written: str, parameters: Mapping[str, str]) -> str:
+    def _usable(self, name: str, written: str, parameters: Mapping[str, str], underlined: str) -> str:
         """Return the name of an instance with parameters in place of its objects, if there is one for each type."""
-        index = _INDEX.fullmatch(self._shown(name, written))
+        index, same = _INDEX.fullmatch(self._shown(name, written)), _INDEX.fullmatch(underlined)
+        if index is not None and same is not None and (index["base"], index["rest"]) == (same["base"], same["rest"]):
+            return underlined
         kinds = [part.split()[-1] for part in index["kinds"].split(",")] if index is not None else []
         if index is None or not all(kind in parameters for kind in kinds):
             return name
