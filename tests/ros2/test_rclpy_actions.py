@@ -62,7 +62,6 @@ def test_a_goal_that_is_cancelled_before_its_acceptance_is_cancelled_as_soon_as_
         server.says("goal 60")
         link.write_line("cancel 1")
         link.write_line("send 2 2")
-        link.says("gone")
         server.write_line("accept")
         server.says("cancel 60")
         server.says("canceled 60")

@@ -18,6 +18,7 @@ from scbm.model.json_reader import (
     Names,
     Text,
     Values,
+    one_of,
     quoted,
     read_json_object,
     read_record,
@@ -30,8 +31,9 @@ from scbm.testing.event_logs.event_records import (
     OutcomeWord,
     Travel,
 )
+from scbm.testing.real_drivers import GoalFate
 
-VERSION = 5
+VERSION = 6
 """Incremented with every change that older nodes cannot parse."""
 
 _MAX_CHARACTERS = 8_000_000
@@ -176,6 +178,14 @@ class Ended(_Message, tag="ended", frozen=True):
     planner: Text
 
 
+class GoalChanged(_Message, tag="goal", frozen=True):
+    """Something became of a goal of an action at a real driver, maybe after its run."""
+
+    run: Text
+    resource: Text
+    fate: Annotated[str, one_of(GoalFate)]
+
+
 class Answering(_Message, tag="answering", frozen=True):
     """A simulated resource is about to answer, and asks how the reply travels; `job` counts its answers."""
 
@@ -239,6 +249,7 @@ Message: TypeAlias = (
     | Busy
     | Stepped
     | Ended
+    | GoalChanged
     | Answering
     | React
     | Fate

@@ -15,6 +15,7 @@ from scbm.cases.coverage import (
     LiftedStatuses,
     Statuses,
 )
+from scbm.testing.real_drivers import GoalFate
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import AssertionEvidence, Figure
@@ -75,7 +76,9 @@ def campaign_json(result: CampaignResult) -> dict[str, Any]:
 
 
 def _answers(answers: Answers) -> dict[str, Any]:
-    return asdict(answers) | {"given_up": answers.given_up, "silent": answers.is_silent}
+    counts = asdict(answers) | {"given_up": answers.given_up, "silent": answers.is_silent}
+    goals = counts.pop("goals")
+    return counts | ({"goals": {fate.value: goals.get(fate, 0) for fate in GoalFate}} if goals else {})
 
 
 def _finding(finding: Finding, command: str) -> dict[str, Any]:

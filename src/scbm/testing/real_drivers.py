@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping  # noqa: TC003 - of a field of a struct
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -10,11 +12,24 @@ from msgspec.structs import replace
 from scbm.cases.trace import RequestOutcome, spans_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from scbm.cases.trace import Record
     from scbm.running.simulation.excluded_values import ExcludedValue
     from scbm.testing.tester import Execution
+
+
+class GoalFate(StrEnum):
+    """What became of a goal of an action, or of its cancellation; a goal may have several of these."""
+
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+    SUCCEEDED = "succeeded"
+    ABORTED = "aborted"
+    CANCELLED = "cancelled"
+    CANCEL_REFUSED = "cancel_refused"
+    CANCEL_IGNORED = "cancel_ignored"
+    OUTLIVED = "outlived_run"
 
 
 class Answers(Struct, frozen=True):
@@ -26,6 +41,7 @@ class Answers(Struct, frozen=True):
         succeeded: the number of successful replies that came in time.
         failed: the number of replies that reported a failure.
         timed_out: how many it had not answered as the deadline of the operation passed that had sent them.
+        goals: the numbers of goals by each `GoalFate`; empty for a resource that got none.
     """
 
     resource: str
@@ -33,6 +49,7 @@ class Answers(Struct, frozen=True):
     succeeded: int = 0
     failed: int = 0
     timed_out: int = 0
+    goals: Mapping[str, int] = {}
 
     @property
     def given_up(self) -> int:
@@ -53,12 +70,12 @@ class Answers(Struct, frozen=True):
         requests = [span for span in spans_of(records).requests if span.resource == self.resource]
         outcomes = [span.outcome for span in requests]
         unanswered = (RequestOutcome.CANCELLED, RequestOutcome.UNANSWERED)
-        return Answers(
-            self.resource,
-            self.sent + len(requests),
-            self.succeeded + outcomes.count(RequestOutcome.SUCCEEDED),
-            self.failed + outcomes.count(RequestOutcome.FAILED),
-            self.timed_out + sum(span.missed_deadline and span.outcome in unanswered for span in requests),
+        return replace(
+            self,
+            sent=self.sent + len(requests),
+            succeeded=self.succeeded + outcomes.count(RequestOutcome.SUCCEEDED),
+            failed=self.failed + outcomes.count(RequestOutcome.FAILED),
+            timed_out=self.timed_out + sum(s.missed_deadline and s.outcome in unanswered for s in requests),
         )
 
 

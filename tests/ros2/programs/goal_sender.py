@@ -33,7 +33,8 @@ class Listener:
 
 async def main() -> None:
     bus = open_ros2("scbm_goal_sender", int(os.environ["ROS_DOMAIN_ID"]), lambda what: say("warning", what))
-    link = ActionLink(LinkContext(bus, GANTRY, Listener(), lambda what: say("warning", what), monotonic_ns))
+    count = lambda request, fate: say("goal", request.number, fate.value)  # noqa: E731 - of one line
+    link = ActionLink(LinkContext(bus, GANTRY, Listener(), lambda what: say("warning", what), monotonic_ns, count))
     say("up", bus.words)
     while (line := (await asyncio.to_thread(sys.stdin.readline)).split()) and line[0] != "end":
         request = Correlation("run", int(line[1]))
@@ -41,7 +42,8 @@ async def main() -> None:
             link.send(request, (("shelf", int(line[2])),))
         else:
             link.cancel(request)
-    link.end_run("run")
+    while link.end_run():  # noqa: ASYNC110 - links report only ends of requests
+        await asyncio.sleep(0.01)
     await bus.close()
 
 

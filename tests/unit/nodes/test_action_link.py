@@ -12,7 +12,6 @@ from uuid import UUID
 import pytest
 
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
-from scbm.nodes.links import action_link
 from scbm.nodes.links.action_link import ActionLink
 from scbm.nodes.links.goals import GoalStatus, goal_id
 from scbm.nodes.links.link import Correlation, LinkContext
@@ -28,13 +27,18 @@ class Scene:
     """A link and its server."""
 
     hub: LoopbackHub = field(default_factory=LoopbackHub)
+    within_s: float = 10.0
     heard: Heard = field(default_factory=Heard)
     complaints: list[str] = field(default_factory=list)
+    fates: list[tuple[int, str]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.bus: LoopbackBus = self.hub.join("driver")
         self.server = ActionServer(self.bus, "/fibonacci", FIBONACCI)
-        context = LinkContext(self.hub.join("controller"), GANTRY, self.heard, self.complaints.append, monotonic_ns)
+        context = LinkContext(
+            self.hub.join("controller"), GANTRY, self.heard, self.complaints.append, monotonic_ns,
+            lambda request, fate: self.fates.append((request.number, fate.value)), lambda _: self.within_s,
+        )  # fmt: skip
         self.link = ActionLink(context)
 
     async def send(self, number: int) -> UUID:
@@ -96,6 +100,8 @@ def test_the_end_of_a_goal_is_the_reply(status: GoalStatus, sequence: tuple[int,
     assert (name, reply.request) == ("gantry", Correlation("run", 1))
     assert (reply.succeeded, reply.measured) == expected
     assert scene.complaints == []
+    ends = {GoalStatus.SUCCEEDED: "succeeded", GoalStatus.ABORTED: "aborted", GoalStatus.CANCELED: "cancelled"}
+    assert scene.fates == [(1, "accepted"), *([(1, ends[status])] if status in ends else [])]
 
 
 def test_a_rejected_goal_has_failed() -> None:
@@ -106,6 +112,7 @@ def test_a_rejected_goal_has_failed() -> None:
 
     scene = play(story)
     assert scene.heard.numbers() == [(1, False), (2, False)]
+    assert scene.fates == [(1, "rejected"), (2, "rejected")]
     assert len(scene.server.goals) == 2
 
 
@@ -162,13 +169,14 @@ def test_a_cancellation_reaches_the_server_also_if_the_goal_is_accepted_later(is
         assert scene.server.cancels == [which]
         scene.server.accepts = True
         following = await scene.send(2)
-        assert (list(scene.server.goals), scene.link.is_there) == ([which], False)
+        assert (list(scene.server.goals), scene.link.is_there) == ([which], True)
         await scene.end(which, GoalStatus.CANCELED)
         assert (list(scene.server.goals), scene.link.is_there) == ([which, following], True)
         await scene.end(following, GoalStatus.SUCCEEDED, 0, 0)
 
     scene = play(story)
     assert scene.heard.numbers() == [(2, True)]
+    assert scene.fates == [(1, "accepted"), (1, "cancelled"), (2, "accepted"), (2, "succeeded")]
 
 
 def test_a_goal_that_is_rejected_after_its_cancellation_is_over() -> None:
@@ -193,7 +201,7 @@ def test_a_cancelled_goal_is_over_by_its_status_though_its_result_never_comes() 
         await scene.send(2)
         assert len(scene.server.goals) == 2
 
-    play(story)
+    assert play(story).fates == [(1, "accepted"), (1, "cancelled"), (2, "accepted")]
 
 
 def test_a_refused_cancellation_is_reported_and_the_goal_watched(wording: Wording) -> None:
@@ -201,26 +209,27 @@ def test_a_refused_cancellation_is_reported_and_the_goal_watched(wording: Wordin
         scene.server.refuses_cancel = True
         which = await scene.send(1)
         await scene.cancel(1)
-        assert not scene.link.is_there
-        why = scene.link.why_unmatched()
-        assert why is not None
-        scene.complaints.append(why.why)
-        await scene.end(which, GoalStatus.SUCCEEDED, 0, 0)
         assert scene.link.is_there
+        await scene.send(2)
+        assert list(scene.server.goals) == [which]
+        await scene.end(which, GoalStatus.SUCCEEDED, 0, 0)
+        assert len(scene.server.goals) == 2
 
     scene = play(story)
     assert scene.heard.replies == []
+    assert scene.fates == [(1, "accepted"), (1, "cancel_refused"), (1, "succeeded"), (2, "accepted")]
     wording("".join(f"{each}\n" for each in scene.complaints))
 
 
-def test_an_ignored_cancellation_is_reported(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
-    monkeypatch.setattr(action_link, "CANCELLED_WITHIN_S", 0.0)
-
+def test_an_ignored_cancellation_is_reported_after_the_time_of_its_operation(wording: Wording) -> None:
     async def story(scene: Scene) -> None:
         await scene.send(1)
+        scene.within_s = 0.0
         await scene.cancel(1)
 
-    wording("".join(f"{each}\n" for each in play(story).complaints))
+    scene = play(story)
+    assert scene.fates == [(1, "accepted"), (1, "cancel_ignored")]
+    wording("".join(f"{each}\n" for each in scene.complaints))
 
 
 def test_the_goal_of_another_program_makes_a_server_busy(wording: Wording) -> None:
@@ -252,17 +261,31 @@ def test_a_late_status_of_a_goal_that_is_over_keeps_nobody_waiting() -> None:
     play(story)
 
 
-def test_the_end_of_a_run_cancels_its_goal() -> None:
+@pytest.mark.parametrize("is_accepted", [True, False])
+def test_the_end_of_a_run_cancels_its_goal_and_the_driver_is_there_once_that_is_over(
+    is_accepted: bool,  # noqa: FBT001 - a case
+    wording: Wording,
+) -> None:
     async def story(scene: Scene) -> None:
+        scene.server.accepts = True if is_accepted else None
         which = await scene.send(1)
         await scene.send(2)
-        scene.link.end_run("another")
-        scene.link.end_run("run")
+        assert (scene.link.end_run(), scene.link.end_run(), scene.link.is_there) == (True, True, False)
+        why = scene.link.why_unmatched()
+        assert why is not None
+        scene.complaints.append(why.why)
         await settled()
+        if not is_accepted:
+            scene.server.accept(which)
+            await settled()
         await scene.end(which, GoalStatus.CANCELED)
         assert scene.server.cancels == list(scene.server.goals) == [which]
+        assert (scene.link.end_run(), scene.link.is_there) == (False, True)
 
-    play(story)
+    scene = play(story)
+    order = ("accepted", "outlived_run") if is_accepted else ("outlived_run", "accepted")
+    assert [fate for _, fate in scene.fates] == [*order, "cancelled"]
+    wording("".join(f"{each}\n" for each in scene.complaints))
 
 
 def test_a_lost_server_gives_no_reply_and_another_one_gets_the_next_goal(wording: Wording) -> None:

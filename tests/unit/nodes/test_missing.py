@@ -35,7 +35,7 @@ class Reaching:
     def cancel(self, request: Correlation) -> None:
         raise NotImplementedError
 
-    def end_run(self, run: str) -> None:
+    def end_run(self) -> bool:
         raise NotImplementedError
 
 

@@ -142,10 +142,12 @@ def fate_of(record: MessageDisturbed | ReplyDropped | MeasurementRefused) -> str
 
 
 def connection_sentence(record: ResourceChanged) -> Sentence:
-    """Return the sentence for a resource that was lost, or came back, with its node or driver."""
+    """Return the sentence for a resource that was lost, or came back, with its node or driver, or keeps on moving."""
     if record.condition == "down":
         return _same(f"{record.resource} is not reached: its node or driver is not there")
-    return _same(f"{record.resource} is reached now: its node or driver is there")
+    if record.condition == "well":
+        return _same(f"{record.resource} is reached now: its node or driver is there")
+    return _same(f"{record.resource} is {record.condition}")
 
 
 def fault_in(record: Record) -> str | None:

@@ -15,11 +15,12 @@ from msgspec import Struct, field
 
 from scbm.nodes.bindings.ros_binding import ActionCall, ActionChoice, binding_of, request_values
 from scbm.nodes.buses.bus import BusError, Service, Topic, Unmatched
-from scbm.nodes.links.goals import ACTIVE, CANCEL_TOO_LATE, Goal, GoalStatus, goal_id
+from scbm.nodes.links.goals import ACTIVE, BUSY, CANCEL_TOO_LATE, Goal, GoalStatus, goal_id
 from scbm.nodes.links.link import Measurement, PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import value_of
 from scbm.nodes.links.service_link import has_value
 from scbm.nodes.types.definitions import CANCEL_GOAL, GOAL_STATUS_ARRAY
+from scbm.testing.real_drivers import GoalFate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,8 +32,11 @@ if TYPE_CHECKING:
 _MAX_DONE = 100
 """The number of own goals that are known when they are over."""
 
-CANCELLED_WITHIN_S = 10.0
-"""A goal that runs for so long after its cancellation has ignored it."""
+_ENDS: dict[int, GoalFate] = {
+    GoalStatus.SUCCEEDED: GoalFate.SUCCEEDED,
+    GoalStatus.CANCELED: GoalFate.CANCELLED,
+    GoalStatus.ABORTED: GoalFate.ABORTED,
+}
 
 
 class ActionLink:
@@ -41,7 +45,8 @@ class ActionLink:
     - A goal waits until its server is there and has no other active goal, unless it is cancelled before; then it is
       sent, once. A goal of another program that is active counts as a resource that is not there.
     - After a cancellation the request is over for the model, and the link cancels the goal: at once, or as soon as it
-      is accepted. It keeps watching the goal, and the next goal to this server waits until that is over.
+      is accepted. It keeps watching the goal, and the next goal to this server waits until that is over. If that goal
+      goes on after its run, the resource counts as not there.
     - A server that is lost gives no reply, as with services; the deadlines of the model decide.
     - A request that carries a value without an action has failed.
     """
@@ -59,7 +64,7 @@ class ActionLink:
 
     @property
     def is_there(self) -> bool:
-        """Whether all parts of all actions have one server, and no goal of another program is active."""
+        """Whether all parts of all actions have one server, with no active goal of another program or earlier run."""
         return all(server.is_free for server in self._servers.values())
 
     @property
@@ -81,12 +86,9 @@ class ActionLink:
         for server in self._servers.values():
             server.cancel(request)
 
-    def end_run(self, run: str) -> None:
-        """Cancel the goals of a run that is over."""
-        for server in self._servers.values():
-            for request in server.requests():
-                if request.run == run:
-                    server.cancel(request)
+    def end_run(self) -> bool:
+        """Cancel the goals of a run that is over; return whether one of them is active."""
+        return sum(server.end_run() for server in self._servers.values()) > 0
 
     def why_unmatched(self) -> Unmatched | None:
         """Return why a part has no server, if it is known, that it has several, or whose goal keeps a server busy."""
@@ -109,6 +111,15 @@ class ActionLink:
     def measure(self, values: Changes, stamp_ns: int) -> None:
         """Pass on what feedback measures."""
         self._context.listener.on_values(self._context.resource.name, Measurement(values, stamp_ns))
+
+    def count(self, goal: Goal, fate: GoalFate | None) -> None:
+        """Pass on what became of a goal; nothing for an end that its server does not know."""
+        if fate is not None:
+            self._context.count(goal.request, fate)
+
+    def within_s(self, goal: Goal) -> float:
+        """Return how long a goal may go on after its cancellation."""
+        return self._context.within_s(goal.request)
 
     def look(self) -> None:
         """Handle a change of presence."""
@@ -174,7 +185,7 @@ class _ActionServer(Struct, eq=False):
     @property
     def is_free(self) -> bool:
         """Whether goals can be sent, but for own ones that are active in a run."""
-        return self._is_whole and not self.others and (self.goal is None or self.goal.is_wanted)
+        return self._is_whole and not self.others and (self.goal is None or not self.goal.is_left)
 
     def lonely(self) -> Iterator[Service | Topic]:
         """Yield the parts without a server."""
@@ -188,9 +199,10 @@ class _ActionServer(Struct, eq=False):
             why = f"`{self.action.name}` has {most} servers, and each would carry out every goal"
             yield Unmatched(f"{why}: {names}" if names else why, is_mismatch=False, is_crowded=True)
         for other in self.others:
-            yield Unmatched(f"`{self.action.name}` is busy with goal {other} of another program", is_mismatch=False)
-        if self.goal is not None and not self.goal.is_wanted:
-            why = f"`{self.action.name}` is busy with {self.goal.words}, which was cancelled and is not over"
+            yield Unmatched(f"`{self.action.name}` {BUSY} {other} of another program", is_mismatch=False)
+        if self.goal is not None and self.goal.is_left:
+            of = f"of request {self.goal.request.number} of an earlier run"
+            why = f"`{self.action.name}` {BUSY} {self.goal.id} {of}, which was cancelled and is not over"
             yield Unmatched(why, is_mismatch=False)
 
     def _matched(self, _: int) -> None:
@@ -204,9 +216,15 @@ class _ActionServer(Struct, eq=False):
 
     # requests of the link
 
-    def requests(self) -> list[Correlation]:
-        """Return the requests whose goals are sent or wait."""
-        return [goal.request for goal in (self.goal, *self.waiting) if goal is not None]
+    def end_run(self) -> bool:
+        """Drop waiting goals, and cancel the one that is sent; return whether there is one."""
+        self.waiting.clear()
+        if self.goal is not None and not self.goal.is_left:
+            self.goal.is_left = True
+            self.link.count(self.goal, GoalFate.OUTLIVED)
+            self.cancel(self.goal.request)
+            self.link.look()
+        return self.goal is not None
 
     def send(self, goal: Goal) -> None:
         """Send a goal once the server is there and free."""
@@ -220,10 +238,9 @@ class _ActionServer(Struct, eq=False):
         if goal is None or goal.request != request or not goal.is_wanted:
             return
         goal.is_wanted = False
-        goal.timer = asyncio.get_running_loop().call_later(CANCELLED_WITHIN_S, self._ignored, goal)
+        goal.timer = asyncio.get_running_loop().call_later(self.link.within_s(goal), self._ignored, goal)
         if goal.is_accepted:
             self._send_cancel(goal)
-        self.link.look()
 
     def _advance(self) -> None:
         while self.goal is None and self.waiting and self.is_free:
@@ -255,6 +272,7 @@ class _ActionServer(Struct, eq=False):
         goal = self.sent.pop(answered.call, None)
         if goal is None or goal is not self.goal:
             return
+        self.link.count(goal, GoalFate.ACCEPTED if answered.message.accepted else GoalFate.REJECTED)
         if answered.message.accepted:
             goal.is_accepted = True
             self._call(1, {"goal_id": _uuid(goal)}, self.asked, goal)
@@ -268,6 +286,7 @@ class _ActionServer(Struct, eq=False):
         goal, message = self.asked.pop(answered.call, None), answered.message
         if goal is None or goal is not self.goal:
             return
+        self.link.count(goal, _ENDS.get(message.status))
         succeeded = message.status == GoalStatus.SUCCEEDED and all(
             has_value(message.result, path, wanted) for path, wanted in goal.call.succeeded
         )
@@ -288,11 +307,15 @@ class _ActionServer(Struct, eq=False):
         if goal is None or goal is not self.goal or message.return_code == CANCEL_TOO_LATE:
             return
         if goal.id not in (_id_of(each.goal_id) for each in message.goals_canceling):
+            if goal.timer is not None:
+                goal.timer.cancel()  # a refused cancellation is not ignored, too
+            self.link.count(goal, GoalFate.CANCEL_REFUSED)
             self.link.warn(f"the cancellation of {goal.words} is refused; the next goal waits until it is over")
 
     def _ignored(self, goal: Goal) -> None:
         if goal is self.goal:
-            within = f"within {CANCELLED_WITHIN_S:g} s"
+            self.link.count(goal, GoalFate.CANCEL_IGNORED)
+            within = f"within {self.link.within_s(goal):g} s"
             self.link.warn(f"the cancellation of {goal.words} is ignored: it is not over {within}")
 
     def _fed_back(self, received: Received) -> None:
@@ -318,14 +341,15 @@ class _ActionServer(Struct, eq=False):
                 if which != own and which not in self.done:
                     others.append(which)
             elif own is not None and bytes(entry.goal_info.goal_id.uuid) == own:
-                self._is_over()
+                self._is_over(entry.status)
         self.others = tuple(UUID(bytes=which) for which in others)
         self._advance()
         self.link.look()
 
-    def _is_over(self) -> None:
+    def _is_over(self, status: int) -> None:
         """Handle the end of the goal by its status; the result of a goal that the model waits for is still to come."""
         if self.goal is not None and not self.goal.is_wanted:
+            self.link.count(self.goal, _ENDS.get(status))
             self._finish()
 
 

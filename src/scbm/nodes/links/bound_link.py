@@ -80,10 +80,9 @@ class BoundLink:
         if self._requests is not None:
             self._requests.cancel(request)
 
-    def end_run(self, run: str) -> None:
-        """Cancel what a run that is over has left at the driver."""
-        if self._requests is not None:
-            self._requests.end_run(run)
+    def end_run(self) -> bool:
+        """Cancel what a run that is over has left at the driver; return whether some of it still goes on."""
+        return self._requests is not None and self._requests.end_run()
 
     def why_unmatched(self) -> Unmatched | None:
         """Return why a peer is missing, if it is known."""

@@ -34,6 +34,10 @@ CANCEL_TOO_LATE = 3
 """The return code of a cancellation of a goal that is over."""
 
 
+BUSY = "is busy with goal"
+"""Says in the reason why a driver is missing that waiting for a goal helps, and nothing else does."""
+
+
 def goal_id(request: Correlation) -> UUID:
     """Return the id of the goal of a request; logs and traces have run and number, so they name the goal."""
     return uuid5(NAMESPACE_OID, f"{request.run}-{request.number}")
@@ -47,9 +51,9 @@ class Goal(Struct, eq=False):
         call: the action, and how its result is read.
         values: the fields of the goal.
         id: its id on the wire.
-        is_sent: whether the server may know it.
         is_accepted: whether the server has accepted it.
         is_wanted: whether the model still waits for the reply.
+        is_left: whether its run is over.
         timer: warns of a cancellation that is ignored; set once the model has cancelled the request.
     """
 
@@ -57,9 +61,9 @@ class Goal(Struct, eq=False):
     call: ActionCall
     values: dict[str, object]
     id: UUID
-    is_sent: bool = False
     is_accepted: bool = False
     is_wanted: bool = True
+    is_left: bool = False
     timer: TimerHandle | None = None
 
     @property

@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Changes
     from scbm.model import Resource
     from scbm.nodes.buses.bus import Bus, Unmatched
+    from scbm.testing.real_drivers import GoalFate
+
+
+CANCELLED_WITHIN_S = 10.0
+"""A goal of an operation without a deadline that runs for so long after its cancellation has ignored it."""
 
 
 class Correlation(Struct, frozen=True):
@@ -62,6 +67,8 @@ class LinkContext(Struct, frozen=True):
         listener: gets replies and changes of presence.
         warn: gets a sentence about each message that cannot be taken or sent.
         now_ns: the clock of the bus.
+        count: gets what becomes of the goal of a request.
+        within_s: returns how long the goal of a request may go on after it is cancelled.
     """
 
     bus: Bus
@@ -69,6 +76,8 @@ class LinkContext(Struct, frozen=True):
     listener: LinkListener
     warn: Callable[[str], None]
     now_ns: Callable[[], int]
+    count: Callable[[Correlation, GoalFate], None] = lambda *_: None
+    within_s: Callable[[Correlation], float] = lambda _: CANCELLED_WITHIN_S
 
 
 class PresenceMonitor:
@@ -118,8 +127,8 @@ class Link(Protocol):
         """Cancel a request; one that still waits here is dropped."""
         ...
 
-    def end_run(self, run: str) -> None:
-        """Cancel what a run that is over has left at the driver; most kinds of drivers have nothing of it."""
+    def end_run(self) -> bool:
+        """Cancel what a run that is over has left at the driver; return whether some of it still goes on."""
         ...
 
     def why_unmatched(self) -> Unmatched | None:

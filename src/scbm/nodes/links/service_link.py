@@ -77,8 +77,9 @@ class ServiceLink:
             if line.forget(request) and (doubt := line.first_doubt()) is not None:
                 self._warn(f"request {request.number} to `{self._resource}` got no response: {doubt}")
 
-    def end_run(self, run: str) -> None:
-        """Do nothing: the run cancels its requests."""
+    def end_run(self) -> bool:
+        """Return that nothing goes on: the run cancels its requests."""
+        return False
 
     def why_unmatched(self) -> Unmatched | None:
         """Return why a service has no server, if it is known, or that it has several."""

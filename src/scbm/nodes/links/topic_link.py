@@ -90,8 +90,9 @@ class TopicLink:
         if self._waiting.pop(request, None) is None and self.is_there:
             self._requests.publish({"data": json.dumps({"id": id_text(request), "cancel": True})})
 
-    def end_run(self, run: str) -> None:
-        """Do nothing: the run cancels its requests."""
+    def end_run(self) -> bool:
+        """Return that nothing goes on: the run cancels its requests."""
+        return False
 
     def why_unmatched(self) -> Unmatched | None:
         """Return why the driver is missing, if it is known."""

@@ -10,6 +10,7 @@ from collections import deque
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from fractions import Fraction
+from functools import partial
 from queue import SimpleQueue
 from threading import Thread
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
@@ -17,13 +18,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 from msgspec import Struct, field, structs
 
 from scbm.cases import Injection
-from scbm.cases.trace import NETWORK, InjectionApplied, ResourceChanged, Trace, trace_digest
+from scbm.cases.trace import NETWORK, InjectionApplied, ResourceChanged, Trace, spans_of, trace_digest
 from scbm.files import read_case
 from scbm.model import InputError, RunPlans
 from scbm.model.json_reader import JsonError
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
-from scbm.nodes.links.link import Correlation, LinkContext
+from scbm.nodes.links.link import CANCELLED_WITHIN_S, Correlation, LinkContext
 from scbm.nodes.links.measured_topics import ExclusionWarnings, Refusals
 from scbm.nodes.links.topic_link import TopicLink, id_text
 from scbm.nodes.node_messages import (
@@ -32,6 +33,7 @@ from scbm.nodes.node_messages import (
     Ended,
     Forgot,
     Go,
+    GoalChanged,
     Prepare,
     Prepared,
     Refused,
@@ -66,6 +68,7 @@ from scbm.running import (
 from scbm.running.search_guard import plan_guarded
 from scbm.running.simulation.case_runner import CaseRunner
 from scbm.testing.event_logs.event_records import event_of, event_record
+from scbm.testing.real_drivers import GoalFate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -122,8 +125,15 @@ class Background(Executor):
             work()
 
 
+_WITHOUT_EFFECT = {GoalFate.CANCEL_REFUSED: "refused", GoalFate.CANCEL_IGNORED: "ignored"}
+
 _MAX_RUNS = 1_000
 """Late replies to the requests of so many runs are dropped without a word."""
+
+_CANCELS_S = 3.0
+"""Maximum time that a controller which leaves waits for goals to be accepted and cancelled: a parent kills it later."""
+
+_CANCELS_LOOK_S = 0.02
 
 _LOOK_S = 0.5
 """Period in which the controller looks for real resources."""
@@ -204,7 +214,10 @@ class ControllerNode:
 
     def _link(self, context: NodeContext, topics: CellTopics, resource: Resource) -> Link:
         if resource.name in self._real:
-            return BoundLink(LinkContext(self._drivers, resource, self, context.warn, context.now_ns))
+            count = partial(self._count_goal, resource.name)
+            return BoundLink(
+                LinkContext(self._drivers, resource, self, context.warn, context.now_ns, count, self._within_s)
+            )
         pair = (topics.request(resource.name), topics.reply(resource.name))
         return TopicLink(context.bus, resource.name, pair, self, context.warn)
 
@@ -246,9 +259,16 @@ class ControllerNode:
         if self._run is not None and self._run.driver is None:
             self._say(Forgot(self._run.id, self.membership.own.node))
         self._give_up()
+        await self._see_goals_end()
         if self._timer is not None:
             self._timer.cancel()
         self._thread.shutdown()
+
+    async def _see_goals_end(self) -> None:
+        """Wait until the goals at real drivers are accepted and cancelled, for a while."""
+        ends_s = self._loop.time() + _CANCELS_S
+        while sum(link.end_run() for link in self._links.values()) and self._loop.time() < ends_s:  # noqa: ASYNC110 - links report only ends of requests
+            await asyncio.sleep(_CANCELS_LOOK_S)
 
     # the tester
 
@@ -302,9 +322,8 @@ class ControllerNode:
         return DrawnPlans(self._shortest, self._draw_plans(case.origin))
 
     def _be_ready(self, run: _ControlledRun) -> None:
-        """Confirm once requests reach all simulated resources; until then the tester asks again."""
-        simulated = (link for name, link in self._links.items() if name not in self._real)
-        if run.driver is None and all(link.is_there for link in simulated):
+        """Confirm once requests reach all resources, which have no goal of an earlier run; the tester asks again."""
+        if run.driver is None and all(link.is_there for link in self._links.values()):
             self._say(Prepared(run.id, self.membership.own.node))
 
     def _go(self, run: _ControlledRun, stamp_ns: int) -> None:
@@ -350,11 +369,11 @@ class ControllerNode:
     def _leave_run(self) -> None:
         if self._run is not None:
             for link in self._links.values():
-                link.end_run(self._run.id)
+                link.end_run()
         self._run = None
         self._tester.release()
 
-    def _say(self, message: Prepared | Forgot | Refused | Busy | Stepped | Ended) -> None:
+    def _say(self, message: Prepared | Forgot | Refused | Busy | Stepped | Ended | GoalChanged) -> None:
         with self._warning(f"a `{message.kind}` for the tester is lost"):
             self._to_tester.publish({"data": encode(message)})
 
@@ -464,6 +483,21 @@ class ControllerNode:
         """Keep measured values for the next run; not those that the runner of this one refuses and records."""
         known, space = self._program.measurable, self._program.packing.space
         self._measured.update((name, value) for name, value in values if name in known and value in space[name].domain)
+
+    def _count_goal(self, resource: str, request: Correlation, fate: GoalFate) -> None:
+        """Publish what became of a goal, and record a cancellation without effect."""
+        self._say(GoalChanged(request.run, resource, fate.value))
+        run, without = self._run, _WITHOUT_EFFECT.get(fate)
+        if without is not None and run is not None and run.driver is not None and run.id == request.run:
+            condition = f"busy with request {request.number}, whose cancellation is {without}"
+            run.driver.give(ResourceChanged(0, NETWORK, resource, condition), self._now_ns())
+
+    def _within_s(self, request: Correlation) -> float:
+        """Return the deadline of the operation that sent a request of the last run."""
+        spans = spans_of(self._records).requests
+        names = [span.operation for span in spans if span.request == request.number]
+        deadlines_ns = [each.deadline_ns for each in self._model.operations if each.name in names and each.deadline_ns]
+        return deadlines_ns[0] / 1e9 if deadlines_ns else CANCELLED_WITHIN_S
 
     def on_presence(self, resource: str, *, is_there: bool) -> None:
         """Record that a resource came or was lost; the deadlines of the model decide."""

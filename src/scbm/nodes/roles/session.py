@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
+from collections import Counter
 from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
@@ -11,6 +12,7 @@ from msgspec import structs
 from msgspec.structs import replace
 
 from scbm.nodes.buses.loopback import LoopbackHub
+from scbm.nodes.links.goals import BUSY
 from scbm.nodes.roles.cell_topics import NodeContext, new_status
 from scbm.nodes.roles.controller import ControllerNode
 from scbm.nodes.roles.node_process import AbsenceWatch
@@ -206,6 +208,7 @@ class Session:
         warn: called with a sentence for each fault that the session repairs.
         alone: the warning if no other node is found; `None` for none.
         waiting: called with a description of the missing nodes, once a case has waited for long.
+        goals: the numbers of goals at real drivers, by resource and `GoalFate`; complete once the session has ended.
     """
 
     def __init__(self, cell: Cell, model: BehaviorModel, digest: str, time_scale: Fraction, wait_s: float) -> None:
@@ -230,6 +233,7 @@ class Session:
         self._before: Any = None
         self.warn: Callable[[str], None] = lambda _: None
         self.alone: str | None = None
+        self.goals: Counter[tuple[str, str]] = Counter()
         self.waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
 
     def __enter__(self) -> Self:
@@ -272,6 +276,7 @@ class Session:
         self._close_tester()
         context = NodeContext(bus, self._model, status, self.warn)
         self._tester = TesterNode(context, self._time_scale, is_first=self._cell.is_own)
+        self._tester.goals = self.goals
         self._tester.membership.report_if_alone(self.alone, self.warn)
         return self._tester
 
@@ -310,7 +315,7 @@ class Session:
             wait_s = 0.0 if self._was_lost else self._wait_s
             await _beside(self._cell.keep(), tester.wait_for_cell(wait_s, self.waiting))
         except NotReadyError as error:
-            if tester.membership.rival() is not None:
+            if tester.membership.rival() is not None or any(BUSY in reason.message for reason in error.reasons):
                 raise
             self._was_lost = True  # the next case does not wait as long again
             raise LostError(str(error)) from None

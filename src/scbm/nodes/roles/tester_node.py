@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter, deque
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, structs
@@ -20,6 +21,7 @@ from scbm.nodes.node_messages import (
     Ended,
     Forgot,
     Go,
+    GoalChanged,
     Prepare,
     Prepared,
     Refused,
@@ -52,6 +54,9 @@ if TYPE_CHECKING:
     from scbm.running import Effect, Event, RunnerOptions
     from scbm.running.simulation import Choices
     from scbm.testing.event_logs.event_records import Note
+
+_MAX_RUNS = 1_000
+"""The goals of so many last runs are counted: a goal may end after its run."""
 
 _QUIET_S = 1.0
 """A tester that waits longer than this reports the missing nodes."""
@@ -102,6 +107,7 @@ class TesterNode:
 
     Attributes:
         program: the compiled model.
+        goals: the numbers of goals at real drivers, by resource and `GoalFate`.
         warn, now_ns: those of its context.
     """
 
@@ -123,6 +129,8 @@ class TesterNode:
         self._time_scale = time_scale
         self._is_first = is_first
         self.program = Program(model)
+        self.goals: Counter[tuple[str, str]] = Counter()
+        self._runs: deque[str] = deque(maxlen=_MAX_RUNS)
         self._resources = {resource.name: resource for resource in model.resources}
         self._topics = topics = CellTopics.of(model)
         self._run: _DirectedRun | None = None
@@ -252,6 +260,7 @@ class TesterNode:
             raise LostError(why)
         run = _DirectedRun(self, case, choices, options, self._time_scale)
         self._run = run
+        self._runs.append(run.id)
         self._warned = ()
         try:
             return await run.finish()
@@ -302,6 +311,8 @@ class TesterNode:
         except JsonError as error:
             self.warn(f"a message was dropped: {error}")
             return
+        if isinstance(message, GoalChanged) and message.run in self._runs and message.resource in self._resources:
+            self.goals[message.resource, message.fate] += 1
         run = self._run
         if run is not None and getattr(message, "run", None) == run.id:
             run.hear(message, received)

@@ -26,11 +26,12 @@ from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyErro
 from scbm.nodes.buses.bus import USE_RCLPY
 from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.nodes.limited_warnings import LimitedWarnings
+from scbm.nodes.links.goals import BUSY
 from scbm.nodes.verbs.node_setup import bus_error, refuse_beyond_reach, warn
 from scbm.testing import Answers, Tester, find_causes
 from scbm.testing.event_logs.event_log import write_event_log
 from scbm.testing.random_streams import draw_plans
-from scbm.testing.real_drivers import with_excluded
+from scbm.testing.real_drivers import GoalFate, with_excluded
 from scbm.testing.transports import DEFAULT_TRANSPORT, LOOPBACK, TRANSPORTS
 
 if TYPE_CHECKING:
@@ -159,6 +160,11 @@ _PLAIN = {
     Lack.UNREADABLE: "stop that process: all nodes of a cell are of one version of scbm",
     Lack.DRIVER: "start one driver of it in this domain, or correct its binding",
 }
+_BY_WORDS = {
+    USE_RCLPY: None,
+    BUSY: "wait until that goal is over, or have the program that sent it cancel it; scbm cancels no goal of others",
+}
+"""The remedies for reasons that contain these words."""
 _ON_LOOPBACK = (
     "nodes look on loopback only: a driver that uses Cyclone DDS needs `ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST`, or "
     "this command `--interface all`"
@@ -182,8 +188,9 @@ def cell_error(error: NotReadyError, asked: NodeOptions) -> InputError:
 def _remedy(reason: Reason, asked: NodeOptions) -> str | None:
     if asked.starts and reason.lack in _OF_CHILDREN:
         return _OF_CHILDREN[reason.lack]
-    if USE_RCLPY in reason.message:
-        return None
+    for words, remedy in _BY_WORDS.items():
+        if words in reason.message:
+            return remedy
     if reason.lack is Lack.DRIVER and asked.interface == LOOPBACK and asked.via is Via.DDS:
         return f"{_PLAIN[Lack.DRIVER]}; {_ON_LOOPBACK}"
     if reason.lack in _PLAIN:
@@ -330,7 +337,12 @@ class OverNodes(Struct):
     def answers(self) -> tuple[Answers, ...]:
         """Return the counts of replies of the real resources so far, in the order of the model."""
         names = [resource.name for resource in self._asked.model.resources]
-        return tuple(self._answers[name] for name in names if name in self._answers)
+        return tuple(replace(self._answers[name], goals=self._goals(name)) for name in names if name in self._answers)
+
+    def _goals(self, resource: str) -> dict[str, int]:
+        """Return the number of goals by what became of them; it is complete once the session has ended."""
+        counts = self._session.goals
+        return {fate.value: counts[resource, fate] for fate in GoalFate if counts[resource, fate]}
 
     def executions(self, cases: Iterable[Case], started: Callable[[str], None]) -> Iterator[Execution]:
         """Yield the execution of each case; call `started` with its name before it runs.

@@ -277,6 +277,9 @@ def _answer_lines(answers: Sequence[Answers]) -> Iterator[Text]:
     for of_one in answers:
         counts = f"{of_one.sent:>10}{of_one.succeeded:>11}{of_one.failed:>8}{of_one.timed_out:>11}{of_one.given_up:>10}"
         yield Text(f"{'  ' + of_one.resource:<{width}}{counts}", style="bold red" if of_one.is_silent else "")
+        goals = [f"{count} {fate.replace('_', ' ')}" for fate, count in of_one.goals.items()]
+        if goals:
+            yield Text(f"    goals: {', '.join(goals)}")
 
 
 def _cases(result: CampaignResult) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,8 +18,10 @@ from scbm.cases.trace import SENT, InjectionApplied, PlanReceived
 from scbm.files import read_model
 from scbm.model import Outcome
 from scbm.nodes import BusError, Lack, LostError, NodeRun, NotReadyError, Reason
+from scbm.nodes.links.goals import BUSY
 from scbm.running.simulation import Simulated
 from scbm.store import read_history
+from scbm.testing.real_drivers import GoalFate
 from support.capturing import captured
 from support.models import SCAN_CELL
 from support.wording import Wording, diagnostic_heads
@@ -39,6 +42,7 @@ class Simulations:
         real: what is real when the session begins.
         real_in: what was real in a run, by its number, where that is another resource.
         sends: what a driver sends in each run although nothing in the model could.
+        goals: the counts of goals at the end.
     """
 
     outcome: Outcome | None = None
@@ -48,6 +52,7 @@ class Simulations:
     real: tuple[str, ...] = ("scan",)
     real_in: dict[int, tuple[str, ...]] = field(default_factory=dict)
     sends: tuple[tuple[str, int], ...] = ()
+    goals: Counter[tuple[str, str]] = field(default_factory=Counter)
     closed: int = 0
     _ran: int = 0
 
@@ -107,6 +112,15 @@ def test_the_report_counts_what_real_resources_did(scbm: Scbm, real: tuple[objec
     assert f"\n{title}\n  scan        {numbers}\n" in ran.out
     assert f"\n  scan        {numbers}\n" in scbm(*real, "--missing").out
     assert ran.err == ""
+
+
+def test_the_report_counts_goals_that_end_after_the_last_run(
+    scbm: Scbm, nodes: Simulations, real: tuple[object, ...]
+) -> None:
+    nodes.goals.update({("scan", "cancel_refused"): 1, ("scan", "accepted"): 5, ("other", "accepted"): 7})
+    (counted,) = json.loads(scbm(*real, "--json").out)["real_resources"]
+    assert counted["goals"] == {fate.value: nodes.goals["scan", fate] for fate in GoalFate}
+    assert "\n    goals: 5 accepted, 1 cancel refused\n" in scbm(*real).out
 
 
 def test_each_run_counts_for_what_was_real_in_it(scbm: Scbm, nodes: Simulations, real: tuple[object, ...]) -> None:
@@ -264,8 +278,9 @@ def test_an_interruption_is_reported_in_json(
         NotReadyError([Reason(Lack.CHILD, "why")]),
         NotReadyError([Reason(Lack.CHILD, "why\n\x1b[2J")]),
         BusError("why\n\x1b[2J", "remedy"),
+        NotReadyError([Reason(Lack.DRIVER, f"`scan` is not reached: `/scan` {BUSY} 7 of another program")]),
     ],
-    ids=["child", "child-with-controls", "bus"],
+    ids=["child", "child-with-controls", "bus", "busy"],
 )
 def test_a_cell_that_breaks_in_the_middle_leaves_the_report_of_what_was_done(
     scbm: Scbm, nodes: Simulations, real: tuple[object, ...], error: Exception, wording: Wording
