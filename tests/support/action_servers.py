@@ -26,7 +26,8 @@ class ActionServer:
         refuses_cancel: whether cancellations are refused.
     """
 
-    def __init__(self, bus: Bus, name: str, kind: ActionDefinition) -> None:
+    def __init__(self, bus: Bus, name: str, kind: ActionDefinition, *, says_status: bool = True) -> None:
+        """Serve; `says_status` is whether it says that it has no goals, which those of rclpy do not."""
         self.goals: dict[UUID, Message] = {}
         self.cancels: list[UUID] = []
         self.watched: list[UUID] = []
@@ -41,6 +42,8 @@ class ActionServer:
         bus.serve(Service(f"{name}/_action/cancel_goal", CANCEL_GOAL), self._cancel)
         self._feedback = bus.publisher(Topic(f"{name}/_action/feedback", kind.feedback_message))
         self._status = bus.publisher(Topic(f"{name}/_action/status", GOAL_STATUS_ARRAY, is_latched=True))
+        if says_status:
+            self._status.publish({"status_list": []})
 
     async def until(self, is_so: Callable[[], bool]) -> None:
         """Wait until something is so that only a request can make so."""

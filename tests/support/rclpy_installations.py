@@ -59,6 +59,11 @@ class Rclpy:
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         }
 
+    def with_interfaces(self, bindings: str) -> str:
+        """Return bindings that also find the types of wheels; those of a sourced workspace are found without a word."""
+        share = self.python.parents[1] / "share"
+        return f"interfaces: [{share}]\n{bindings}" if (share / "test_msgs").is_dir() else bindings
+
     @contextmanager
     def program(self, name: str, domain: int, *arguments: object) -> Iterator[NodeProcess]:
         """Start a program of `tests/ros2/programs`, wait until it says that it is up, and kill it at the end."""

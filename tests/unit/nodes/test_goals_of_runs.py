@@ -76,7 +76,7 @@ Story: TypeAlias = Callable[[Cell], Coroutine[Any, Any, None]]
 def play(story: Story) -> Cell:
     async def scene(loop: VirtualLoop) -> Cell:
         stage = Stage.virtual(MODEL, loop)
-        server = ActionServer(stage.join("driver"), "/fibonacci", FIBONACCI)
+        server = ActionServer(stage.join("driver"), "/fibonacci", FIBONACCI, says_status=False)
         controller = ControllerNode(stage.context("controller", ["gantry"]))
         cell = Cell(loop, stage, controller, server, stage.tester())
         await cell.tester.wait_for_cell(GUARD_S)
@@ -221,3 +221,17 @@ def test_no_run_begins_while_a_goal_of_another_program_is_active(wording: Wordin
         assert (cell.server.goals, cell.server.cancels) == ({}, [])
 
     play(story)
+
+
+def test_a_server_without_goals_is_there_only_once_its_status_would_have_come(wording: Wording) -> None:
+    async def scene(loop: VirtualLoop) -> None:
+        stage = Stage.virtual(MODEL, loop)
+        ActionServer(stage.join("driver"), "/fibonacci", FIBONACCI, says_status=False)
+        ControllerNode(stage.context("controller", ["gantry"]))
+        tester = stage.tester()
+        with pytest.raises(NotReadyError) as raised:
+            await tester.wait_for_cell(0.9)
+        wording("".join(f"{reason.message}\n" for reason in raised.value.reasons))
+        await tester.wait_for_cell(GUARD_S)
+
+    run_virtually(scene)

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 _MAX_DONE = 100
 """The number of own goals that are known when they are over."""
 
+_SETTLES_S = 1.0
+"""Maximum time in which the latched status of a server comes; one that has never had a goal sends none."""
+
 _ENDS: dict[int, GoalFate] = {
     GoalStatus.SUCCEEDED: GoalFate.SUCCEEDED,
     GoalStatus.CANCELED: GoalFate.CANCELLED,
@@ -141,7 +144,7 @@ class _ActionServer(Struct, eq=False):
         sent: the goal of each call that sends one, by the number of the call.
         asked: the goal of each call for a result.
         cancelled: the goal of each call that cancels one.
-        others: the ids of active goals of other programs.
+        others: the ids of active goals of other programs; `None` until they are known.
         done: the last own goals that are over, which a late status may list as active.
     """
 
@@ -152,7 +155,7 @@ class _ActionServer(Struct, eq=False):
     sent: dict[int, Goal] = field(default_factory=dict)
     asked: dict[int, Goal] = field(default_factory=dict)
     cancelled: dict[int, Goal] = field(default_factory=dict)
-    others: tuple[UUID, ...] = ()
+    others: tuple[UUID, ...] | None = None
     done: deque[bytes] = field(default_factory=lambda: deque(maxlen=_MAX_DONE))
     _clients: tuple[tuple[Service, Client], ...] = ()
     _topics: tuple[tuple[Topic, Subscription], ...] = ()
@@ -166,11 +169,12 @@ class _ActionServer(Struct, eq=False):
             (Service(f"{name}/cancel_goal", CANCEL_GOAL), self._cancel_answered),
         )
         self._clients = tuple((which, bus.client(which, receive, self._matched)) for which, receive in services)
-        topics = (
-            (Topic(f"{name}/feedback", kind.feedback_message), self._fed_back),
-            (Topic(f"{name}/status", GOAL_STATUS_ARRAY, is_latched=True), self._has_status),
+        feedback = Topic(f"{name}/feedback", kind.feedback_message)
+        status = Topic(f"{name}/status", GOAL_STATUS_ARRAY, is_latched=True)
+        self._topics = (
+            (feedback, bus.subscribe(feedback, self._fed_back, self._matched)),
+            (status, bus.subscribe(status, self._has_status, self._status_matched)),
         )
-        self._topics = tuple((which, bus.subscribe(which, receive, self._matched)) for which, receive in topics)
 
     # presence
 
@@ -185,7 +189,7 @@ class _ActionServer(Struct, eq=False):
     @property
     def is_free(self) -> bool:
         """Whether goals can be sent, but for own ones that are active in a run."""
-        return self._is_whole and not self.others and (self.goal is None or not self.goal.is_left)
+        return self._is_whole and self.others == () and (self.goal is None or not self.goal.is_left)
 
     def lonely(self) -> Iterator[Service | Topic]:
         """Yield the parts without a server."""
@@ -198,7 +202,9 @@ class _ActionServer(Struct, eq=False):
             names = ", ".join(self._clients[0][1].server_names())
             why = f"`{self.action.name}` has {most} servers, and each would carry out every goal"
             yield Unmatched(f"{why}: {names}" if names else why, is_mismatch=False, is_crowded=True)
-        for other in self.others:
+        if self._is_whole and self.others is None:
+            yield Unmatched(f"it is not known yet whether `{self.action.name}` has active goals", is_mismatch=False)
+        for other in self.others or ():
             yield Unmatched(f"`{self.action.name}` {BUSY} {other} of another program", is_mismatch=False)
         if self.goal is not None and self.goal.is_left:
             of = f"of request {self.goal.request.number} of an earlier run"
@@ -209,10 +215,23 @@ class _ActionServer(Struct, eq=False):
         if self.goal is not None and any(not end.peers for _, end in self._clients):
             self.link.warn(f"the server of `{self.action.name}` is lost with {self.goal.words}")
             self._finish()
-        if any(not end.peers for _, end in self._topics):
-            self.others = ()
+        if self._is_whole and self.others is None:
+            asyncio.get_running_loop().call_later(_SETTLES_S, self._settle)
         self._advance()
         self.link.look()
+
+    def _status_matched(self, peers: int) -> None:
+        """Forget goals of a lost server; a first status may come before this callback."""
+        if not peers:
+            self.others = None
+        self._matched(peers)
+
+    def _settle(self) -> None:
+        """Take it that there are no goals, as no status came."""
+        if self._is_whole and self.others is None:
+            self.others = ()
+            self._advance()
+            self.link.look()
 
     # requests of the link
 
@@ -322,7 +341,7 @@ class _ActionServer(Struct, eq=False):
         goal, message = self.goal, received.message
         which = _id_of(message.goal_id)
         if goal is None or which != goal.id:
-            if which not in self.others and which.bytes not in self.done:
+            if self.others is not None and which not in self.others and which.bytes not in self.done:
                 self.link.warn(f"feedback for goal {which}, which is not active, is dropped")
         elif not goal.is_accepted:
             self.link.warn(f"feedback for {goal.words} came before the goal was accepted, and is dropped")
