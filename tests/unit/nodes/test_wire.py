@@ -25,6 +25,7 @@ from scbm.nodes.node_messages import (
 from scbm.running import PlanAnswered, PlanStatus, TimePassed
 from scbm.running.simulation import MessageKind
 from scbm.testing.event_logs.event_records import MessageRecord, event_record
+from scbm.testing.real_drivers import GoalFate
 from support.event_records import OPTIONS
 from support.profiles import examples
 from support.strings import CHARACTERS
@@ -51,6 +52,7 @@ FIELDS = {
     "options": st.just(OPTIONS),
     "event": EVENTS,
     "note": NOTES,
+    "fate": st.sampled_from([fate.value for fate in GoalFate]),
 }
 """Fields whose types have more limits than those of others."""
 
