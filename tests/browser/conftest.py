@@ -55,17 +55,23 @@ OPERATIONS = 314
 
 @dataclass
 class Visit:
-    """Opens reports in the browser, and remembers all that it should not have done."""
+    """Opens reports in the browser, and remembers all that it should not have done.
+
+    Windows with equal options share a context of the browser, as a new one costs as much as a page.
+    """
 
     browser: Browser
+    contexts: dict[str, BrowserContext]
     complaints: list[str] = field(default_factory=list)
-    contexts: list[BrowserContext] = field(default_factory=list)
+    pages: list[Page] = field(default_factory=list)
 
     def open(self, report: Path, address: str = "", **options: Any) -> Page:  # noqa: ANN401 - as Playwright has them
         """A new window with a report; `options` are those of Playwright's `new_context`."""
-        context = self.browser.new_context(**options)
-        self.contexts.append(context)
-        page = context.new_page()
+        key = str(sorted(options.items()))
+        if key not in self.contexts:
+            self.contexts[key] = self.browser.new_context(**options)
+        page = self.contexts[key].new_page()
+        self.pages.append(page)
         page.set_default_timeout(PAGE_GUARD_S * 1_000)
         file = report.as_uri()
         page.on("console", lambda message: self._complain(message.type in ("error", "warning"), message.text))
@@ -74,18 +80,29 @@ class Visit:
         page.goto(file + address)
         return page
 
+    def close(self) -> None:
+        """Close all windows, and forget what they kept in the browser."""
+        for page in self.pages:
+            page.evaluate("localStorage.clear()")
+            page.close()
+
     def _complain(self, is_wrong: bool, words: str) -> None:  # noqa: FBT001 - a private method with two callers
         if is_wrong:
             self.complaints.append(words)
 
 
+@pytest.fixture(scope="session")
+def contexts() -> dict[str, BrowserContext]:
+    """The contexts of the browser, by their options."""
+    return {}
+
+
 @pytest.fixture
-def visit(browser: Browser) -> Iterator[Visit]:
+def visit(browser: Browser, contexts: dict[str, BrowserContext]) -> Iterator[Visit]:
     """Opens reports; in the end nothing may have been complained of, and nothing fetched but the report."""
-    made = Visit(browser)
+    made = Visit(browser, contexts)
     yield made
-    for context in made.contexts:
-        context.close()
+    made.close()
     assert made.complaints == []
 
 

@@ -215,12 +215,47 @@ def test_show_me_opens_a_case_or_says_why_there_is_none(open_page: Callable[...,
     expect(page.locator("#found")).not_to_be_empty()
 
 
+def test_each_of_two_pages_gets_its_own_case(open_page: Callable[..., Page], console: ServedConsole) -> None:
+    pages = {name: open_page(console) for name in ("grip/timedout", "grip/failed")}
+    for name, page in pages.items():
+        page.select_option("#obligation", name)
+        page.locator("#show-me").click()
+    for name, page in pages.items():
+        expect(page.locator("#cancel")).to_be_hidden()
+        expect(page.locator("#found")).to_contain_text(f"{name}: here it is")
+
+
+def test_cells_show_what_the_store_has_and_what_is_new(open_page: Callable[..., Page], cell: Path) -> None:
+    stored = ("grip/executing", "grip/failed", "release/executing")
+    with served(cell, "case: a\ngoal: gripped\n", stored=stored) as console:
+        page = open_page(console)
+        expect(page.locator("#cells .store")).to_have_count(2)
+        visited = page.locator("#cells .run").count()
+        expect(page.locator("#counts")).to_contain_text(f"{visited - 1} of them new to the store")
+        click(page, "fail")
+        expect(page.locator("#cells [title='grip/failed'].run")).to_have_count(1)
+        page.locator("#undo").click()
+        expect(page.locator("#cells [title='grip/failed'].seen")).to_have_count(1)
+        colours = "cells => [...new Set(cells.map(each => getComputedStyle(each).backgroundColor))].length"
+        assert page.locator("#cells span").evaluate_all(colours) == 4
+
+
+def test_what_was_saved_before_is_not_shown_beside_a_refusal(
+    open_page: Callable[..., Page], console: ServedConsole
+) -> None:
+    page = open_page(console)
+    for name, shown in (("mine", re.compile("mine.yaml")), ("no name", "")):
+        page.locator("#name").fill(name)
+        page.locator("#save-button").click()
+        expect(page.locator("#saved")).to_have_text(shown)
+
+
 def test_a_changed_model_is_loaded_again(open_page: Callable[..., Page], console: ServedConsole, cell: Path) -> None:
     page = open_page(console)
     cell.write_text(CELL.replace("goals:", "goals:\n  opened: door == open"), encoding="utf-8")
     expect(page.locator("#target-goal option")).to_have_count(3)
     cell.unlink()
-    expect(page.locator("#notice")).not_to_be_empty()
+    expect(page.locator("#notice")).to_contain_text("cell.yaml: there is no such file")
     expect(page.locator("#middle.stale .tl-lanes")).to_be_visible()
     cell.write_text(CELL, encoding="utf-8")
     expect(page.locator("#notice")).to_be_empty()

@@ -17,7 +17,7 @@ from scbm.web.model_worker import ModelWorker
 from scbm.web.obligation_search import ObligationSearches
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
 
@@ -35,12 +35,21 @@ class ServedConsole(NamedTuple):
 
 
 @contextmanager
-def served(model: Path, text: str, folder: Path | None = None) -> Iterator[ServedConsole]:
-    """Serve a console for a model, which saves into a folder: by default `cases` beside the model."""
+def served(
+    model: Path, text: str, folder: Path | None = None, stored: Sequence[str] | None = None
+) -> Iterator[ServedConsole]:
+    """Serve a console for a model.
+
+    Args:
+        model: the model.
+        text: the text of the case that the page begins with.
+        folder: where it saves: by default `cases` beside the model.
+        stored: the obligations that a store has; `None` without a store.
+    """
     listener = socket.create_server(("127.0.0.1", 0))
     port = listener.getsockname()[1]
     worker, saver = ModelWorker(model), CaseSaver(folder or model.parent / "cases", model)
-    beginning = {"text": text, "stored": [], "has_store": False, "folder": ""}
+    beginning = {"text": text, "stored": stored or (), "has_store": stored is not None, "folder": ""}
     app = console_app(Console(worker, saver, ObligationSearches(model), "token", beginning), port)
     server = uvicorn.Server(uvicorn.Config(app, log_level="critical", ws="none", timeout_graceful_shutdown=1))
     thread = threading.Thread(target=server.run, args=([listener],))

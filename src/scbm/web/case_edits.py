@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
@@ -19,7 +19,7 @@ from scbm.model.variables import NO_OPERATION
 from scbm.web.outcome_rules import changed_rules
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from scbm.cases import Reaction
     from scbm.model import BehaviorModel, Value
@@ -118,9 +118,9 @@ class CaseEdit(ABC):
         fields: the values that it needs.
     """
 
-    label: ClassVar[str]
-    target: ClassVar[EditTarget]
-    fields: ClassVar[tuple[EditField, ...]] = ()
+    label: str
+    target: EditTarget
+    fields: tuple[EditField, ...] = ()
 
     @abstractmethod
     def apply(self, data: dict[str, Any], moment: EditedMoment) -> None:
@@ -173,36 +173,17 @@ def _let_answer(rule: dict[str, Any], reaction: Reaction) -> None:
         rule["outcome"] = Outcome.SUCCEED.value
 
 
-class SucceedRequest(RequestEdit):
-    """The request succeeds."""
+class DecideOutcome(RequestEdit):
+    """The request succeeds, fails, or gets no reply."""
 
-    label = "Succeed"
-
-    def decide(self, rule: dict[str, Any], reaction: Reaction, moment: EditedMoment) -> None:  # noqa: ARG002 - of others
-        """Let the request succeed."""
-        rule["outcome"] = Outcome.SUCCEED.value
-
-
-class FailRequest(RequestEdit):
-    """The request fails."""
-
-    label = "Fail"
+    def __init__(self, label: str, outcome: Outcome, *left_out: str) -> None:
+        """Take the keys of a rule that mean nothing with this outcome."""
+        self.label, self._outcome, self._left_out = label, outcome, left_out
 
     def decide(self, rule: dict[str, Any], reaction: Reaction, moment: EditedMoment) -> None:  # noqa: ARG002 - of others
-        """Let the request fail; what a success measures is left out."""
-        rule["outcome"] = Outcome.FAIL.value
-        _leave_out(rule, "measured")
-
-
-class TimeOutRequest(RequestEdit):
-    """The request gets no reply."""
-
-    label = "Time out"
-
-    def decide(self, rule: dict[str, Any], reaction: Reaction, moment: EditedMoment) -> None:  # noqa: ARG002 - of others
-        """Let the resource be silent."""
-        rule["outcome"] = Outcome.TIMEOUT.value
-        _leave_out(rule, "after", "reply", "measured")
+        """Set the outcome."""
+        rule["outcome"] = self._outcome.value
+        _leave_out(rule, *self._left_out)
 
 
 class DelayReply(RequestEdit):
@@ -220,43 +201,23 @@ class DelayReply(RequestEdit):
 _MESSAGE = EditField("message", "message", "reply", ("reply", "request"))
 
 
-class _MessageEdit(RequestEdit):
-    """Decides how one message of a request travels."""
+class DeliverMessage(RequestEdit):
+    """One message of a request is lost, or travels in several copies."""
 
     fields = (_MESSAGE,)
+
+    def __init__(self, label: str, delivery: Callable[[tuple[int, ...]], object]) -> None:
+        """Take what makes of how long each copy travels now what the case says."""
+        self.label, self._delivery = label, delivery
 
     def decide(self, rule: dict[str, Any], reaction: Reaction, moment: EditedMoment) -> None:
         """Change the delivery of the message."""
         message = moment.values.get("message", "")
         if message not in _MESSAGE.choices:
             raise EditError(f"`{message}` is no message: it is `reply` or `request`")
-        rule[message] = self.delivery(getattr(reaction, message) or AT_ONCE)
+        rule[message] = self._delivery(getattr(reaction, message) or AT_ONCE)
         if message == "reply":
             _let_answer(rule, reaction)
-
-    @abstractmethod
-    def delivery(self, present: tuple[int, ...]) -> Any:  # noqa: ANN401 - `lost` or durations
-        """Return the delivery as a case says it; `present` is how long each copy travels now."""
-
-
-class LoseMessage(_MessageEdit):
-    """A message is lost."""
-
-    label = "Lose the"
-
-    def delivery(self, present: tuple[int, ...]) -> str:  # noqa: ARG002 - of others
-        """Return the word for a lost message."""
-        return "lost"
-
-
-class DoubleMessage(_MessageEdit):
-    """A message arrives twice."""
-
-    label = "Double the"
-
-    def delivery(self, present: tuple[int, ...]) -> list[str]:
-        """Return two copies that travel alike."""
-        return [format_duration(present[0])] * 2
 
 
 # injections
@@ -279,19 +240,18 @@ class SetHere(CaseEdit):
 
     label = "Set here"
     target = EditTarget.VARIABLE
-    fields = (EditField("value", "value"),)
+    fields: tuple[EditField, ...] = (EditField("value", "value"),)
 
     def apply(self, data: dict[str, Any], moment: EditedMoment) -> None:
         """Add an injection."""
         _inject(data, moment, "set", set={moment.target: moment.value()})
 
 
-class HoldFor(CaseEdit):
+class HoldFor(SetHere):
     """A variable has another value for some time."""
 
     label = "Hold for"
-    target = EditTarget.VARIABLE
-    fields = (EditField("value", "value"), EditField("hold", "time", "5 s"))
+    fields = (*SetHere.fields, EditField("hold", "time", "5 s"))
 
     def apply(self, data: dict[str, Any], moment: EditedMoment) -> None:
         """Add an injection that restores the value."""
@@ -352,15 +312,8 @@ class LetHappen(CaseEdit):
 
     def _made(self, moment: EditedMoment) -> list[Any]:
         """Return the changes that the run has made, as the case would leave them to chance."""
-        moves = moment.execution.moves or ()
-        return [
-            {
-                "at": format_duration(each.at_ns or 0),
-                **({"by": each.by} if each.by else {}),
-                "set": dict(each.assign or ()),
-            }
-            for each in moves
-        ]
+        by = [({"by": each.by} if each.by else {}, each) for each in moment.execution.moves or ()]
+        return [{"at": format_duration(each.at_ns or 0), **maker, "set": dict(each.assign or ())} for maker, each in by]
 
 
 # the case
@@ -397,12 +350,12 @@ class BeginWith(CaseEdit):
 
 
 CASE_EDITS: dict[str, CaseEdit] = {
-    "succeed": SucceedRequest(),
-    "fail": FailRequest(),
-    "time_out": TimeOutRequest(),
+    "succeed": DecideOutcome("Succeed", Outcome.SUCCEED),
+    "fail": DecideOutcome("Fail", Outcome.FAIL, "measured"),
+    "time_out": DecideOutcome("Time out", Outcome.TIMEOUT, "after", "reply", "measured"),
     "late": DelayReply(),
-    "lose": LoseMessage(),
-    "double": DoubleMessage(),
+    "lose": DeliverMessage("Lose the", lambda _: "lost"),
+    "double": DeliverMessage("Double it", lambda present: [format_duration(present[0])] * 2),
     "set": SetHere(),
     "hold": HoldFor(),
     "become": ChangeCondition(),

@@ -24,6 +24,7 @@ function h(tag, properties, ...children) {
 
 const kept = { text: "", record: 0, past: [], future: [], saved: {}, seen: [] };
 const token = location.hash.slice(1);
+const page = `${Math.random()}`; // pages of one console do not end each other's runs and searches
 
 function keep() {
   try {
@@ -43,7 +44,7 @@ let newest = 0; // the number of the last request for a run: older answers are n
 async function post(name, body = {}) {
   let response;
   try {
-    response = await fetch(`/${name}`, { method: "POST", headers: { "X-Scbm-Token": token }, body: JSON.stringify(body) });
+    response = await fetch(`/${name}`, { method: "POST", headers: { "X-Scbm-Token": token }, body: JSON.stringify({ page, ...body }) });
   } catch {
     note("gone", "The server has ended. Start `scbm console` again, and copy the text of the case into its page.");
     throw new Error("no server");
@@ -101,7 +102,7 @@ function move(from, to) {
 
 async function showAnswer(answer) {
   const errors = answer.errors ?? [];
-  const model = (answer.model_errors ?? []).map((each) => `${each.file}:${each.line}: ${each.message}. ${each.remedy}`);
+  const model = (answer.model_errors ?? []).map((each) => `${[each.file, each.line || []].flat().join(":")}: ${each.message}${each.remedy && `; ${each.remedy}`}`);
   note("refused", answer.refused ?? "");
   note("model", model.length ? `The model has errors; this is its last good run.\n${model.join("\n")}` : "");
   note("ended", answer.ended ? `This run was stopped: ${answer.ended}. The run before is shown.` : answer.run?.limit ?? "");
@@ -336,7 +337,10 @@ async function save(event) {
     say(`Saved as ${answer.path}${body.records && !answer.recorded ? "; without a result, as the case fails" : ""}`);
     note("refused", "");
     byId("saved").textContent = byId("said").textContent;
-  } else await showAnswer(answer);
+    return;
+  }
+  byId("saved").textContent = "";
+  await showAnswer(answer);
 }
 
 async function load() {

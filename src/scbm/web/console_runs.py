@@ -5,7 +5,10 @@ A text always gives the same run, so the server keeps nothing of a session: each
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
+from contextlib import contextmanager
 from copy import deepcopy
 from functools import lru_cache
 from importlib import import_module
@@ -32,7 +35,7 @@ from scbm.web.case_edits import CASE_EDITS, EditedMoment, EditError, edit_data
 from scbm.web.run_moments import moment_json
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.files import CaseDocument
     from scbm.model import BehaviorModel, Diagnostic, Predicate, Value
@@ -45,6 +48,9 @@ MAX_RECORDS = 20_000
 
 MAX_SECONDS = 5
 """Maximum time of a run in seconds: longer than that, a click is no click any more."""
+
+_PATIENCE_S = 1
+"""How long a planner has beyond the limit of a run to ask whether it may go on, in seconds."""
 
 _PICTURES = "scbm.drawing.marked_picture"
 """The module that draws, named as text: packages beside the core do not import each other."""
@@ -65,6 +71,7 @@ class ConsoleRequest(Struct, frozen=True):
         records: whether the result of the run is saved, too.
         known: the digest of the file that the page has saved under the name.
         obligation: the obligation to show.
+        page: the page that asks; a newer text or search of the same page ends an older one.
     """
 
     text: str = ""
@@ -76,6 +83,7 @@ class ConsoleRequest(Struct, frozen=True):
     records: bool = False
     known: str = ""
     obligation: str = ""
+    page: str = ""
 
 
 class ConsoleRun(NamedTuple):
@@ -98,13 +106,36 @@ class LimitedPlans(PlanCache):
         """Return the answer of the planner. Raise `PlanRefusedError` once the time is up."""
         try:
             if self._has_time():
-                return super().plan(state, goal, limits, self._has_time)
+                with _interrupted(self.ends_s + _PATIENCE_S - time.monotonic()):
+                    return super().plan(state, goal, limits, self._has_time)
         except SearchCancelledError:
             pass
         raise PlanRefusedError
 
     def _has_time(self) -> bool:
         return time.monotonic() < self.ends_s
+
+
+@contextmanager
+def _interrupted(seconds: float) -> Iterator[None]:
+    """Raise `SearchCancelledError` after some time, within what reads no clock, such as the planner of another program.
+
+    On Windows, and in threads, nothing is interrupted.
+    """
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, _cancel)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _cancel(*_: object) -> None:
+    raise SearchCancelledError
 
 
 class _LimitedTester(NamedTuple):
@@ -179,6 +210,7 @@ class ConsoleRuns:
         try:
             execution = tester.execute(case, most_records=MAX_RECORDS)
         except UnfinishedRunError as error:
+            self._own = _LimitedTester.of(self.model)  # a planner that was interrupted plans no more
             limit, ended_ns = LIMIT, error.records[-1].at_ns if error.records else 0
             unfinished = tester.lost(case, LIMIT, Simulated(End.LOST, ended_ns, error.records))
             visited = visited_by(error.records, tester.obligations)
@@ -231,30 +263,19 @@ class ConsoleRuns:
         return svg
 
 
-def errors_json(diagnostics: Iterable[Diagnostic]) -> list[dict[str, Any]]:
+def errors_json(diagnostics: Sequence[Diagnostic]) -> list[dict[str, Any]]:
     """Return errors of a text as data for JSON."""
-    return [
-        {
-            "file": each.place.file,
-            "line": each.place.line,
-            "column": each.place.column,
-            "message": each.message,
-            "remedy": each.remedy or "",
-        }
-        for each in diagnostics
-    ]
+    keys = ("file", "line", "column")
+    places = [{key: getattr(each.place, key) for key in keys} for each in diagnostics]
+    return [p | {"message": e.message, "remedy": e.remedy or ""} for p, e in zip(places, diagnostics, strict=True)]
 
 
 def facts_json(model: BehaviorModel) -> dict[str, Any]:
     """Return what the page has to know of a model: names, values, and what can be clicked."""
     variables = [
-        {
-            "name": variable.name,
-            "values": [format_value(value) for value in variable.assignable],
-            "is_initial": variable.role is Role.DECLARED,
-        }
-        for variable in model.running_space
-        if variable.assignable
+        {"name": each.name, "values": [*map(format_value, each.assignable)], "is_initial": each.role is Role.DECLARED}
+        for each in model.running_space
+        if each.assignable
     ]
     return {
         "model": model.name,

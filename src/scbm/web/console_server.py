@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from msgspec import DecodeError
 from msgspec.json import decode, encode
+from msgspec.structs import replace
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
@@ -114,9 +115,9 @@ def _api(console: Console) -> dict[str, Callable[[ConsoleRequest], bytes]]:
         "begin": lambda _: encode(console.beginning),
         "digest": lambda _: encode({"digest": console.worker.digest()}),
         "save": lambda request: encode(_saved(console, request)),
-        "search": lambda request: encode(console.searches.begin(request.obligation)),
-        "search_state": lambda _: encode(console.searches.state()),
-        "search_end": lambda _: encode(console.searches.end()),
+        "search": lambda request: encode(console.searches.begin(request.obligation, request.page)),
+        "search_state": lambda request: encode(console.searches.state(request.page)),
+        "search_end": lambda request: encode(console.searches.end(request.page)),
     }
 
 
@@ -124,14 +125,7 @@ def _saved(console: Console, request: ConsoleRequest) -> dict[str, Any]:
     """Save a case; the answer has the text of the file."""
     try:
         console.saver.refuse(request.name, request.known)
-        made = decode(
-            console.worker.ask(
-                "save",
-                ConsoleRequest(
-                    request.text, name=request.name, records=request.records, target=console.saver.model_path
-                ),
-            )
-        )
+        made = decode(console.worker.ask("save", replace(request, target=console.saver.model_path)))
         if "recorded" not in made:
             return dict(made)
         return {**made, **console.saver.save(request.name, request.known, made["text"])}

@@ -41,19 +41,19 @@ class ModelWorker:
     def __init__(self, model: Path, seconds: float = MAX_SECONDS + _GRACE_S) -> None:
         """Take the model file, and the time of a request in seconds. The process starts with the first request."""
         self._model, self._seconds = model, seconds
-        self._turn = threading.Lock()
+        self._turn, self._ending = threading.Lock(), threading.Lock()
         self._pool: WorkerPool | None = None
-        self._run: WorkerPool | None = None  # that runs a text now
+        self._run: tuple[str, WorkerPool] | None = None  # the page whose text is run now, and by what
         self._is_closed = False
         self._files: tuple[Path, ...] = (model, *files_used_by(model))
         self._digest = self._content()
 
     def ask(self, name: str, request: ConsoleRequest) -> bytes:
-        """Return the answer as JSON. The run of a text that takes longer than a moment is ended by that of the next."""
+        """Return the answer as JSON. A run that takes longer than a moment is ended by the next text of its page."""
         if name not in _RUNS or not self._turn.acquire(timeout=_PATIENCE_S):
-            running = self._run
-            if name in _RUNS and running is not None:
-                running.kill()
+            page, pool = self._run or ("", None)
+            if name in _RUNS and pool is not None and page == request.page:
+                self._kill(pool)
             self._turn.acquire()
         try:
             return self._answer(name, request)
@@ -73,7 +73,7 @@ class ModelWorker:
         if self._pool is None:
             self._pool = WorkerPool(_begin, str(self._model).encode(), 1)
             self._pool.submit(_wait, None).result(_LOADING_S)
-        self._run = self._pool if name in _RUNS else None
+        self._run = (request.page, self._pool) if name in _RUNS else None
         return self._pool.submit(_answer, (name, request)).result(self._seconds)
 
     def digest(self) -> str:
@@ -94,6 +94,10 @@ class ModelWorker:
     def _end(self) -> None:
         pool, self._pool = self._pool, None
         if pool is not None:
+            self._kill(pool)
+
+    def _kill(self, pool: WorkerPool) -> None:
+        with self._ending:  # a pool must not be ended by two threads at once
             pool.kill()
 
     def _content(self) -> str:

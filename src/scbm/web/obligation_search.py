@@ -29,25 +29,14 @@ class _Search:
         code, lines = self._process.poll(), _text(self._err).strip().splitlines()
         if code is None:
             return {"state": "running", "obligation": self.obligation, "progress": lines[-1] if lines else ""}
-        out = _text(self._out)
+        ended, out = {"state": "ended", "obligation": self.obligation}, _text(self._out)
         if not out:
-            return {
-                "state": "ended",
-                "obligation": self.obligation,
-                "reason": lines[0] if lines else "the search was ended",
-            }
+            return {**ended, "reason": lines[0] if lines else "the search was ended"}
         found = decode(out)
         (decided, *_), cases = found["obligations"], found["cases"]
-        reasons = [decided["reason"], *(each["text"] for each in decided["suggestions"])]
+        reason = "; ".join([decided["reason"], *(each["text"] for each in decided["suggestions"])])
         case = {"text": cases[0]["text"], "record": decided["visit"]["record"]} if cases else {}
-        reason = "; ".join(reasons)
-        return {
-            "state": "ended",
-            "obligation": self.obligation,
-            "decision": decided["decision"],
-            "reason": reason,
-            **case,
-        }
+        return {**ended, "decision": decided["decision"], "reason": reason, **case}
 
     def end(self) -> None:
         """End the process, and wait for it."""
@@ -64,32 +53,29 @@ def _text(stream: IO[bytes]) -> str:
 
 
 class ObligationSearches:
-    """The present search of a console, if there is one."""
+    """The present searches of a console: at most one for each page."""
 
     def __init__(self, model: Path) -> None:
         self._model = model
-        self._search: _Search | None = None
+        self._searches: dict[str, _Search] = {}
         self._turn = Lock()
 
-    def begin(self, obligation: str) -> dict[str, Any]:
-        """Look for a case that visits an obligation, instead of what was looked for before."""
+    def begin(self, obligation: str, page: str) -> dict[str, Any]:
+        """Look for a case that visits an obligation, instead of what the page looked for before."""
+        self.end(page)
         with self._turn:
-            self._end()
-            self._search = _Search(self._model, obligation)
-            return self._search.state()
+            self._searches[page] = _Search(self._model, obligation)
+            return self._searches[page].state()
 
-    def state(self) -> dict[str, Any]:
-        """Return how far the search is."""
+    def state(self, page: str) -> dict[str, Any]:
+        """Return how far the search of a page is."""
         with self._turn:
-            return {"state": "none"} if self._search is None else self._search.state()
+            return self._searches[page].state() if page in self._searches else {"state": "none"}
 
-    def end(self) -> dict[str, Any]:
-        """End the search."""
+    def end(self, *pages: str) -> dict[str, Any]:
+        """End the searches of pages; without pages those of all."""
         with self._turn:
-            self._end()
-            return {"state": "none"}
-
-    def _end(self) -> None:
-        if self._search is not None:
-            self._search.end()
-            self._search = None
+            for page in pages or tuple(self._searches):
+                if page in self._searches:
+                    self._searches.pop(page).end()
+        return {"state": "none"}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from scbm.planning import PlanCache
 from scbm.web.console_runs import ConsoleRequest, ConsoleRuns
 from support.consoles import CELL, COMMENTED
 
@@ -17,17 +18,7 @@ if TYPE_CHECKING:
     from conftest import Ran
 
 AIR = "examples/robot_in_the_air/after.yaml"
-ENDLESS = """\
-behavior_model: endless
-variables: {a: {domain: bool, initial: false}, b: {domain: bool, initial: false}, c: {domain: bool, initial: false}}
-operations:
-  go: {pre: {g: a == false}, post: {g: true, a: [a <- true]}}
-  back: {pre: {g: a == true}, post: {g: b == true && c == true, a: [a <- false]}}
-automatic_transitions:
-  on: {g: a == true && b == false, a: [b <- true]}
-  off: {g: a == true && b == true, a: [b <- false]}
-goals: {done: a == true && c == false && b == true}
-"""
+LIVELOCK = Path(__file__).parents[2] / "models/fails_at_run/livelock.yaml"
 
 
 @pytest.fixture
@@ -63,12 +54,31 @@ def test_a_planner_that_does_not_end_is_ended(runs: ConsoleRuns, monkeypatch: py
     assert answer(runs, "run", text=COMMENTED)["run"]["limit"]
 
 
-def test_a_livelock_ends_by_itself(tmp_path: Path) -> None:
-    (tmp_path / "endless.yaml").write_text(ENDLESS, encoding="utf-8")
-    run = answer(
-        ConsoleRuns(tmp_path / "endless.yaml"), "run", text="case: a\ngoal: c == true || a == true && b == c\n"
-    )
-    assert "run" in run
+@pytest.mark.longer
+def test_a_planner_that_asks_for_nothing_is_interrupted(runs: ConsoleRuns, monkeypatch: pytest.MonkeyPatch) -> None:
+    def plan(*_: object) -> None:
+        while True:
+            pass
+
+    monkeypatch.setattr("scbm.web.console_runs.MAX_SECONDS", 0.2)
+    monkeypatch.setattr("scbm.web.console_runs._PATIENCE_S", 0.1)
+    with monkeypatch.context() as patched:
+        patched.setattr(PlanCache, "plan", plan)
+        run = answer(runs, "run", text="case: a\ngoal: gripped\n")["run"]
+    assert run["limit"]
+    assert answer(runs, "moment", text="case: a\ngoal: gripped\n", record=1)["record"] == 1, "the part before is shown"
+    monkeypatch.undo()
+    assert answer(runs, "run", text="case: b\ngoal: gripped\n")["run"]["passed"]
+
+
+def test_a_livelock_ends_by_itself_with_all_its_records() -> None:
+    found = ConsoleRuns(LIVELOCK)
+    text = f"case: a\ngoal: {answer(found, 'facts')['goals'][0]}\n"
+    run = answer(found, "run", text=text)["run"]
+    assert (run["end"], run["passed"], run["limit"]) == ("livelock", False, "")
+    last = 10**9
+    record = answer(found, "moment", text=text, record=last)["record"]
+    assert 1_000 < record < last
 
 
 def test_a_moment_has_the_clauses_of_guards_and_what_can_happen(runs: ConsoleRuns) -> None:

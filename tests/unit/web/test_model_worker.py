@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import threading
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 from msgspec.json import decode
 
-from scbm.web.console_runs import ConsoleRequest
+from scbm.testing.batches.worker_processes import WorkerPool
+from scbm.web.console_runs import LIMIT, ConsoleRequest
 from scbm.web.model_worker import ModelWorker
 from support.consoles import CELL
 
@@ -19,22 +21,17 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 
 TEXT = "case: a\ngoal: gripped\n"
-HARD = """\
-behavior_model: hard
-variables: {%s}
-operations: {%s}
-goals: {all: %s}
-"""
-"""A model whose plan takes long to find: its goal needs all of many variables, in any order."""
 
 
 def hard_model() -> str:
-    names = [f"v{number}" for number in range(26)]
-    variables = ", ".join(f"{name}: {{domain: 0..3, initial: 0}}" for name in names)
-    step = "{pre: {g: %s < 3 && %s == 0}, post: {g: true, a: [%s += 1]}}"
-    pairs = zip(names, [*names[1:], names[0]], strict=True)
-    operations = ", ".join(f"o_{name}: {step % (name, other, name)}" for name, other in pairs)
-    return HARD % (variables, operations, " && ".join(f"{name} == 3" for name in names))
+    """Return a model whose plan no planner finds within minutes: neighbours swap until all values are in reverse."""
+    names = [f"v{number}" for number in range(16)]
+    variables = (f"{name}: {{domain: 0..15, initial: {number}}}" for number, name in enumerate(names))
+    swap = "swap_{0}: {{pre: {{g: true}}, post: {{g: true, a: [{0} <- {1}, {1} <- {0}]}}}}"
+    swaps = (swap.format(*pair) for pair in pairwise(names))
+    goal = " && ".join(f"{name} == {15 - number}" for number, name in enumerate(names))
+    parts = (f"variables: {{{', '.join(variables)}}}", f"operations: {{{', '.join(swaps)}}}")
+    return "\n".join(("behavior_model: hard", *parts, f"goals: {{all: {goal}, none: v0 == 0}}", ""))
 
 
 @pytest.fixture
@@ -76,16 +73,52 @@ def test_a_run_that_takes_too_long_is_ended_and_the_next_one_answered(tmp_path: 
         worker.close()
 
 
-def test_a_newer_text_ends_an_older_run(tmp_path: Path) -> None:
+@pytest.fixture
+def hard(tmp_path: Path) -> Iterator[ModelWorker]:
+    """A worker with nearly no limit of time."""
     (tmp_path / "hard.yaml").write_text(hard_model(), encoding="utf-8")
-    worker, answers = ModelWorker(tmp_path / "hard.yaml", seconds=600), []
+    made = ModelWorker(tmp_path / "hard.yaml", seconds=600)
+    yield made
+    made.close()
+
+
+class PairOfAnswers(NamedTuple):
+    """The answers to a text whose plan is hard, and to an easy one that came while it ran."""
+
+    older: dict[str, Any]
+    newer: dict[str, Any]
+
+
+def ask_while_another_runs(worker: ModelWorker, page: str, monkeypatch: pytest.MonkeyPatch) -> PairOfAnswers:
+    """Let page `a` run a text whose plan is hard, and then a page an easy one."""
+    is_begun, submit = threading.Event(), WorkerPool.submit
+
+    def submitted(*arguments: Any) -> Any:  # noqa: ANN401 - as `WorkerPool` has them
+        future = submit(*arguments)
+        is_begun.set()
+        return future
+
+    def run(name: str, goal: str) -> None:
+        answers[goal] = decode(worker.ask("run", ConsoleRequest(f"case: a\ngoal: {goal}\n", page=name)))
+
     ask(worker, "facts")
-    older = threading.Thread(target=lambda: answers.append(ask(worker, "run", "case: a\ngoal: all\n")))
-    try:
-        older.start()
-        newer = ask(worker, "run", "case: b\ngoal: v0 == 0\n")
-        older.join()
-    finally:
-        worker.close()
-    assert "run" in newer or "run" in answers[0] or answers[0]["ended"]
-    assert len(answers) == 1
+    answers: dict[str, dict[str, Any]] = {}
+    monkeypatch.setattr(WorkerPool, "submit", submitted)
+    older = threading.Thread(target=run, args=("a", "all"))
+    older.start()
+    is_begun.wait()
+    run(page, "none")
+    older.join()
+    return PairOfAnswers(answers["all"], answers["none"])
+
+
+def test_a_newer_text_ends_an_older_run(hard: ModelWorker, monkeypatch: pytest.MonkeyPatch) -> None:
+    older, newer = ask_while_another_runs(hard, "a", monkeypatch)
+    assert older["ended"] != LIMIT
+    assert newer["run"]["passed"]
+
+
+def test_another_page_waits_for_a_run(hard: ModelWorker, monkeypatch: pytest.MonkeyPatch) -> None:
+    older, newer = ask_while_another_runs(hard, "b", monkeypatch)
+    assert older["run"]["limit"] == LIMIT
+    assert newer["run"]["passed"]
