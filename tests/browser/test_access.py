@@ -75,8 +75,16 @@ AXE = """async () => {
 }"""
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1440, 390])
+WINDOWS = [
+    (1440, "light"),
+    pytest.param(1440, "dark", marks=pytest.mark.slow),
+    pytest.param(390, "light", marks=pytest.mark.slow),
+    (390, "dark"),
+]
+"""The width of a window, and its theme."""
+
+
+@pytest.mark.parametrize(("width", "scheme"), WINDOWS)
 def test_axe_finds_no_violation_on_any_page(visit: Visit, before: Path, failing: Path, scheme: str, width: int) -> None:
     """Check pages with axe-core, which the package `axe-playwright-python` brings: on a phone first page and cases."""
     failed = ("missing", "findings", "since", "cases?failed", "case/seed-1-case-2", "case/seed-1-case-2/step/3")

@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
 from playwright.sync_api import expect
 
-from browser.test_access import AXE
+from browser.test_access import AXE, WINDOWS
 from scbm.files import load_model, read_case
 from scbm.testing import Tester
 from support.console_pages import ServedConsole, served
@@ -280,8 +280,7 @@ def test_a_wrong_token_is_a_sentence(browser: Browser, console: ServedConsole) -
     page.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", [1440, 390])
+@pytest.mark.parametrize(("width", "scheme"), WINDOWS)
 def test_axe_finds_no_violation(
     open_page: Callable[..., Page], console: ServedConsole, scheme: str, width: int
 ) -> None:
