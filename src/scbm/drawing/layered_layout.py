@@ -8,9 +8,11 @@ graph has one layout, byte for byte.
 
 from __future__ import annotations
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from importlib import import_module
 from importlib.resources import files
-from threading import local
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from msgspec.json import decode, encode
@@ -26,8 +28,8 @@ _MAX_MEMORY = 500_000_000
 _MAX_SECONDS = 60
 """Maximum time of one layout in seconds of CPU. It ends the command and changes no picture."""
 
-_contexts = local()
-"""The context of each thread: a context of QuickJS belongs to one."""
+_STACK = 256 * 1024 * 1024
+"""The size of the stack in bytes, of which only the used part takes memory: dagre calls itself along each way."""
 
 
 class Point(NamedTuple):
@@ -69,21 +71,43 @@ class GraphLayout(NamedTuple):
 
 
 def lay_out(nodes: Sequence[LayoutNode], edges: Sequence[LayoutEdge]) -> GraphLayout:
-    """Return the layout of a graph. Raise `InputError` if the extra `draw` is not installed."""
-    found: str = _context().get("layOut")(encode({"nodes": nodes, "edges": edges}).decode())
+    """Return the layout of a graph. Raise `InputError` without the extra `draw`, and for a graph that is too large."""
+    library = _library()
+    try:
+        found = _thread().submit(_laid_out, encode({"nodes": nodes, "edges": edges}).decode()).result()
+    except library.JSException:
+        limits = f"{_MAX_MEMORY // 1_000_000} MB, or {_MAX_SECONDS} s"
+        message = f"the layout of an automaton with {len(nodes)} values needs more than {limits}"
+        remedy = "name other variables or operations; `--mermaid` works without a layout"
+        raise InputError([Diagnostic(Slug.PICTURE_TOO_LARGE, message, Place("scbm draw"), remedy)]) from None
     return decode(found, type=GraphLayout)
 
 
+@cache
+def _thread() -> ThreadPoolExecutor:
+    """Return the one thread that has a context of QuickJS: it may be used by one alone, and needs a large stack."""
+    before = threading.stack_size(_STACK)
+    made = ThreadPoolExecutor(1, "layout")
+    made.submit(int).result()  # starts the thread
+    threading.stack_size(before)
+    return made
+
+
+def _laid_out(graph: str) -> str:
+    found: str = _context().get("layOut")(graph)
+    return found
+
+
+@cache
 def _context() -> Any:  # noqa: ANN401 - a library that is optional, without types
-    """Return the context of this thread, with dagre loaded."""
-    if not hasattr(_contexts, "value"):
-        context = _library().Context()
-        context.set_memory_limit(_MAX_MEMORY)
-        context.set_time_limit(_MAX_SECONDS)
-        for script in ("vendored/dagre.min.js", "layout.js"):
-            context.eval(files(__package__).joinpath(script).read_text("utf-8"))
-        _contexts.value = context
-    return _contexts.value
+    """Return the context, with dagre loaded."""
+    context = _library().Context()
+    context.set_memory_limit(_MAX_MEMORY)
+    context.set_time_limit(_MAX_SECONDS)
+    context.set_max_stack_size(_STACK - 1024 * 1024)
+    for script in ("vendored/dagre.min.js", "layout.js"):
+        context.eval(files(__package__).joinpath(script).read_text("utf-8"))
+    return context
 
 
 def _library() -> Any:  # noqa: ANN401 - as above

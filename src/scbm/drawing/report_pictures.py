@@ -17,7 +17,7 @@ from scbm.drawing.model_picture import caption
 from scbm.drawing.model_svg import PictureFrame, model_svg
 from scbm.drawing.named_parts import automata_of_operation
 from scbm.drawing.picture_parts import PictureLinks
-from scbm.model import InputError
+from scbm.model import InputError, Slug
 from scbm.reports.pictures import ReportPictures
 
 if TYPE_CHECKING:
@@ -29,15 +29,21 @@ _MAX_DIAGRAMS, _MAX_BYTES = 20, 60_000
 
 
 def automata_pictures(history: History) -> ReportPictures:
-    """Return the picture of the model, and one of what each operation changes; a note without the extra `draw`."""
+    """Return the picture of the model, and one of what each operation changes; a note if there can be none."""
+    try:
+        return _pictures(history)
+    except InputError as error:
+        why = error.diagnostics[0]
+        missing = "Pictures need the extra `draw`: `pip install 'scbm[draw]'`"
+        return ReportPictures(note=missing if why.slug is Slug.DRAWING_MISSING else f"No pictures: {why.message}")
+
+
+def _pictures(history: History) -> ReportPictures:
     automata, statuses = ModelAutomata.of(history.model), EdgeStatuses.of_store(history)
     links = PictureLinks(statuses, lambda each: _address(each, history))
     around = PictureFrame("Automata of the model", caption(automata, automata.drawn, statuses))
     drawn = drawn_automata(automata, automata.drawn, statuses)
-    try:
-        model = model_svg(drawn, around, links) if drawn else ""
-    except InputError:  # the extra is missing, the only one that a layout raises
-        return ReportPictures(note="Pictures need the extra `draw`: `pip install 'scbm[draw]'`")
+    model = model_svg(drawn, around, links) if drawn else ""
     found: dict[str, str] = {}
     beside = links._replace(statuses=replace(statuses, missed={}))  # the page of an operation says why it is missing
     for number, operation in enumerate(history.model.operations):

@@ -106,6 +106,7 @@ class Slug(StrEnum):
     PDDL_GROUP_UNPROVED = "pddl-group-unproved"
     PDDL_MISSING = "pddl-missing"
     DRAWING_MISSING = "drawing-missing"
+    PICTURE_TOO_LARGE = "picture-too-large"
     CONSOLE_MISSING = "console-missing"
     PDDL_NOT_EXPRESSIBLE = "pddl-not-expressible"
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from scbm.drawing import layered_layout
 from support.wording import diagnostic_heads
 
 if TYPE_CHECKING:
@@ -127,8 +128,20 @@ def test_without_the_extra_a_sentence_names_it(
     scbm: Scbm, lamp: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setitem(sys.modules, "quickjs", None)
-    monkeypatch.setattr("scbm.drawing.layered_layout._contexts", object())
     ran = scbm("draw", lamp)
     assert (ran.code, ran.out) == (2, "")
     wording(ran.err)
     assert scbm("draw", lamp, "--mermaid").code == 0
+
+
+def test_an_automaton_that_is_too_large_for_a_picture_is_reported(
+    scbm: Scbm, lamp: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scbm.drawing.layered_layout._MAX_MEMORY", 100_000)
+    layered_layout._context.cache_clear()
+    try:
+        ran = scbm("draw", lamp)
+    finally:
+        layered_layout._context.cache_clear()
+    assert (ran.code, ran.out) == (2, "")
+    assert diagnostic_heads(ran.err) == ["scbm draw: error[picture-too-large]"]

@@ -102,6 +102,13 @@ def test_each_thread_lays_out_the_same() -> None:
     assert all(each == found[0] for each in found)
 
 
+def test_a_long_chain_of_values_has_a_layout() -> None:
+    """A sequence of steps is one: the layout calls itself for each of them."""
+    nodes, edges = [LayoutNode(40, 20)] * 400, [LayoutEdge(n, n + 1, 50, 14) for n in range(399)]
+    found = lay_out(nodes, edges)
+    assert [middle.x for middle in found.nodes] == sorted(middle.x for middle in found.nodes)
+
+
 def test_the_vendored_file_is_the_one_of_its_digest() -> None:
     data = files("scbm.drawing").joinpath("vendored/dagre.min.js").read_bytes()
     assert sha256(data).hexdigest() in (layered_layout.__doc__ or "")

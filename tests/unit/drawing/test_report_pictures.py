@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 from msgspec.structs import replace
 
+from scbm.drawing import layered_layout
 from scbm.drawing.report_pictures import automata_pictures, missing_diagrams
 from scbm.files import read_model
 from scbm.reports.ci.markdown import MAX_CHARACTERS, markdown
@@ -61,11 +62,22 @@ def test_a_click_leads_to_the_cases_or_to_the_operation() -> None:
 
 def test_without_the_extra_the_page_names_it(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     monkeypatch.setitem(sys.modules, "quickjs", None)
-    monkeypatch.setattr("scbm.drawing.layered_layout._contexts", object())
     made = automata_pictures(history_of(BEFORE, 5))
     assert (made.model, made.operations) == ("", {})
     wording(made.note)
     assert 'data-notice="picture"' in html_report(history_of(BEFORE, 5), lambda _: None)
+
+
+def test_a_report_whose_picture_is_too_large_has_all_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scbm.drawing.layered_layout._MAX_MEMORY", 100_000)
+    layered_layout._context.cache_clear()
+    try:
+        page = html_report(history_of(BEFORE, 5), lambda _: None)
+        note = automata_pictures(history_of(BEFORE, 5)).note
+    finally:
+        layered_layout._context.cache_clear()
+    assert 'data-notice="picture"' in page
+    assert note.startswith("No pictures: the layout of an automaton with ")
 
 
 def test_a_model_in_which_nothing_changes_has_no_picture() -> None:
