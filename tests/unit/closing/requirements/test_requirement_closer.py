@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[4]
 SMALL_EXAMPLES = ("robot_in_the_air/after.yaml", "robot_in_the_air/before.yaml")
 LARGE_EXAMPLES = ("robot_in_the_air/shared.yaml", "dual_cnc/cell.yaml")
 HOLDS, VIOLATED = RequirementStatus.HOLDS, RequirementStatus.VIOLATED
+HOLDS_CANONICAL = RequirementStatus.HOLDS_CANONICAL
 UNDECIDED, OFF = RequirementStatus.UNDECIDED, RequirementStatus.OFF
 NAMES = ("no_orphan", "ready_again", "recovers", "stops", "non_blocking")
 
@@ -80,7 +81,8 @@ def assert_small_case_fails(found: DecidedRequirement, model: BehaviorModel) -> 
 def test_all_hold_in_the_examples(path: str) -> None:
     decisions = decide(load_model(ROOT / "examples" / path))
     is_single = load_model(ROOT / "examples" / path).runs.goals is GoalOrder.SINGLE
-    assert statuses(decisions) == dict.fromkeys(NAMES, HOLDS) | {"non_blocking": OFF if is_single else HOLDS}
+    under_all_plans = HOLDS_CANONICAL if path in LARGE_EXAMPLES else HOLDS  # too many runs to be followed
+    assert statuses(decisions) == dict.fromkeys(NAMES, HOLDS) | {"non_blocking": OFF if is_single else under_all_plans}
     assert decisions.assumptions
     assert not decisions.is_open
 
@@ -88,7 +90,11 @@ def test_all_hold_in_the_examples(path: str) -> None:
 @pytest.mark.slow
 def test_the_first_version_of_the_cell_waits_without_end_after_a_broken_tool() -> None:
     decisions = decide(load_model(ROOT / "examples/dual_cnc/before.yaml"))
-    assert statuses(decisions) == {**dict.fromkeys(NAMES, HOLDS), "recovers": VIOLATED}
+    assert statuses(decisions) == {
+        **dict.fromkeys(NAMES, HOLDS),
+        "recovers": VIOLATED,
+        "non_blocking": HOLDS_CANONICAL,
+    }
 
 
 NO_REQUESTS = """
