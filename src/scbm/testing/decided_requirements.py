@@ -101,6 +101,6 @@ def _checked(
     for requirement in model.requirements:
         yield CheckedRequirement(requirement.name, False, cases, known.get((requirement.name, False)))
     off = [name for name, _ in model.requirements_off]
-    for name in BUILT_IN_NAMES:
+    for name in (*BUILT_IN_NAMES, *model.requirements_on):
         if (name, True) in known and name not in off and known[name, True].status is not RequirementStatus.OFF:
             yield CheckedRequirement(name, True, cases, known[name, True])

@@ -91,6 +91,15 @@ def test_decisions_count_for_the_planner_of_the_model(scbm: Scbm, lamp: Path) ->
         assert words(report.out)["asked_first"] != "not decided"
 
 
+def test_a_requirement_that_is_switched_on_is_one_of_them(scbm: Scbm, lamp: Path) -> None:
+    lamp.write_text(f"{LAMP}requirements_on: [one_request_at_a_time]\n", encoding="utf-8")
+    scbm("close", lamp, "--requirements", "--store", "s.db")
+    for report in (scbm("test", lamp, "--cases", "3", "--store", "s.db"), scbm("report", "s.db")):
+        assert words(report.out)["one_request_at_a_time"].startswith("judged by cases")
+    ran = scbm("explain", lamp, "one_request_at_a_time")
+    assert (ran.code, "judged by cases" in ran.out) == (0, True)
+
+
 def test_every_format_has_it_beside_the_requirement(scbm: Scbm, lamp: Path) -> None:
     lamp.write_text(LAMP + WRONG, encoding="utf-8")
     assert scbm("close", lamp, "--requirements", "--store", "s.db", "--out", "closed").code == 1
@@ -121,6 +130,8 @@ def test_a_requirement_is_explained_by_what_closing_says_of_it(scbm: Scbm, lamp:
     assert held["requirement"]["status"] == "holds"
     assert held["requirement"]["certificate"] == "requirements"
     assert "relay_req_trigger" in held["nearest"]
+    assert "did you mean `never_on`?" in scbm("explain", lamp, "nevr_on").err
+    assert "did you mean `non_blocking`?" in scbm("explain", lamp, "non_bloking").err
     built_in = json.loads(scbm("explain", lamp, "no_orphan", "--json").out)
     assert (built_in["requirement"]["built_in"], bool(built_in["assumptions"])) == (True, True)
 

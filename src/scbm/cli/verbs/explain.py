@@ -100,7 +100,7 @@ def _requirement(text: str, model: BehaviorModel) -> ExplainedRequirement | None
     own = next((requirement for requirement in model.requirements if requirement.name == text), None)
     if own is not None:
         return ExplainedRequirement(text, own)
-    return ExplainedRequirement(text, None) if text in BUILT_IN_NAMES else None
+    return ExplainedRequirement(text, None) if text in (*BUILT_IN_NAMES, *model.requirements_on) else None
 
 
 def _explain_requirement(
@@ -144,7 +144,8 @@ def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
     if found:
         return found
     names = [*lifted_names(model, known), *map(str, known), *dict.fromkeys(obligation.subject for obligation in known)]
-    message = f"the model has no obligation `{text}`"
+    names += [*(requirement.name for requirement in model.requirements), *BUILT_IN_NAMES]
+    message = f"the model has no obligation or requirement `{text}`"
     raise option_error("OBLIGATION", message, _remedy(text, names), text, Slug.UNKNOWN_OBLIGATION)
 
 

@@ -16,7 +16,7 @@ from scbm.closing import Decision
 from scbm.closing.decisions import SuggestionKind
 from scbm.closing.summaries import in_few_words, plan_in_words, reason_about_it
 from scbm.model import format_moment, format_value
-from scbm.model.requirements import BUILT_IN_NAMES
+from scbm.model.requirements import BUILT_IN_NAMES, OPTIONAL_NAMES
 from scbm.model.visible_text import counted
 from scbm.proofcheck import SetsArgument, StructureArgument, ValuesArgument
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
@@ -90,7 +90,9 @@ def requirement_explanation(
         assumed: what the answer assumes.
         columns: the width of the report.
     """
-    says = BUILT_IN_NAMES[asked.name] if asked.requirement is None else str(asked.requirement.sentence)
+    says = (
+        (BUILT_IN_NAMES | OPTIONAL_NAMES)[asked.name] if asked.requirement is None else str(asked.requirement.sentence)
+    )
     yield Text(asked.name, style="bold").append(f": {says}", "not bold")
     parts = [status_words(decided), *([f"{decided.reason}"] if decided.case else []), *([miss] if miss else [])]
     parts += [f"certificate: {decided.certificate}"] if decided.certificate else []
