@@ -398,7 +398,8 @@ class DecidedRequirement(Struct, frozen=True):
     @property
     def holds(self) -> bool:
         """Whether it holds, perhaps under canonical plans only."""
-        return self.status in (RequirementStatus.HOLDS, RequirementStatus.HOLDS_CANONICAL)
+        some = (RequirementStatus.HOLDS_CANONICAL, RequirementStatus.HOLDS_PLANNER)
+        return self.status in (RequirementStatus.HOLDS, *some)
 
 
 class RequirementDecisions(Struct, frozen=True):

@@ -282,7 +282,7 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn(
                 "status",
                 "TEXT NOT NULL",
-                "`holds`, `holds_canonical`, `violated`, `undecided`, `cases_only` or `off`",
+                "`holds`, `holds_canonical`, `holds_planner`, `violated`, `undecided`, `cases_only` or `off`",
             ),
             StoreColumn("reason", "TEXT NOT NULL", "where it holds, how the case violates it, or why it is open"),
             StoreColumn("test_case", "TEXT NOT NULL", "the name of the case that violates it, or empty"),

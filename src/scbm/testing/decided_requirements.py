@@ -21,6 +21,8 @@ class RequirementStatus(StrEnum):
 
     HOLDS = "holds"
     HOLDS_CANONICAL = "holds_canonical"
+    HOLDS_PLANNER = "holds_planner"
+    """It holds under the plans of another planner than the canonical one."""
     VIOLATED = "violated"
     UNDECIDED = "undecided"
     CASES_ONLY = "cases_only"
@@ -30,6 +32,7 @@ class RequirementStatus(StrEnum):
 _WORDS = {
     RequirementStatus.HOLDS: "holds",
     RequirementStatus.HOLDS_CANONICAL: "holds under canonical plans",
+    RequirementStatus.HOLDS_PLANNER: "holds under the plans of this planner",
     RequirementStatus.VIOLATED: "violated",
     RequirementStatus.UNDECIDED: "undecided",
     RequirementStatus.CASES_ONLY: "judged by cases",

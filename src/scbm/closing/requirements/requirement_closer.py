@@ -29,6 +29,7 @@ from scbm.closing.requirements.violation_search import ViolationSearch
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.model import GoalOrder, PlanSet
 from scbm.model.requirements import BuiltIn
+from scbm.planning import DEFAULT_PLANNER
 from scbm.testing.built_in_requirements import BUILT_INS
 
 if TYPE_CHECKING:
@@ -108,6 +109,8 @@ class RequirementCloser:
         named = (*map(str, BUILT_INS), *self._model.requirements_on)
         decided = [self._decided(name, off, names) for name in named]
         decided += self._sentences.decided(names)
+        if self._cases.tester.planner.name != DEFAULT_PLANNER:
+            decided = [_with_its_planner(each) for each in decided]
         holds = any(each.holds for each in decided) and self._situations > 0
         assumed = tuple(self._assumptions(asked)) if holds else ()
         certificates = tuple(self._certificates(decided))
@@ -276,6 +279,11 @@ class RequirementCloser:
             yield _IN_TIME
         if BuiltIn.NON_BLOCKING.value in asked:
             yield _NO_LIMITS
+
+
+def _with_its_planner(decided: DecidedRequirement) -> DecidedRequirement:
+    is_canonical = decided.status is RequirementStatus.HOLDS_CANONICAL
+    return replace(decided, status=RequirementStatus.HOLDS_PLANNER) if is_canonical else decided
 
 
 def _key(decided: DecidedRequirement) -> RequirementKey:

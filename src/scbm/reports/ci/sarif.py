@@ -184,6 +184,7 @@ def _hazard_results(history: History, places: Places) -> Iterator[dict[str, Any]
 _REQUIREMENT_KINDS = {
     RequirementStatus.HOLDS: ("pass", "none"),
     RequirementStatus.HOLDS_CANONICAL: ("pass", "none"),
+    RequirementStatus.HOLDS_PLANNER: ("pass", "none"),
     RequirementStatus.VIOLATED: ("fail", "error"),
     RequirementStatus.CASES_ONLY: ("informational", "none"),
 }

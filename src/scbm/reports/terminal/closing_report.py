@@ -316,6 +316,7 @@ def _group_lines(
 _STATUS_STYLES = {
     RequirementStatus.HOLDS: "",
     RequirementStatus.HOLDS_CANONICAL: "",
+    RequirementStatus.HOLDS_PLANNER: "",
     RequirementStatus.CASES_ONLY: "yellow",
     RequirementStatus.VIOLATED: "red",
     RequirementStatus.UNDECIDED: "bold red",
@@ -361,6 +362,8 @@ def status_words(decided: DecidedRequirement) -> str:
             return f"holds {decided.reason}"
         case RequirementStatus.HOLDS_CANONICAL:
             return f"holds under canonical plans {decided.reason}"
+        case RequirementStatus.HOLDS_PLANNER:
+            return f"holds under the plans of this planner {decided.reason}"
         case RequirementStatus.CASES_ONLY:
             return f"judged by cases: {decided.reason}"
         case RequirementStatus.VIOLATED:
