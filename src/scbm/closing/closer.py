@@ -44,6 +44,7 @@ from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.closing.symbolic.reached_sets import NoSetError
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug
+from scbm.model.requirements import BuiltIn
 from scbm.planning import DEFAULT_PLANNER, PlanCache, Planner, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
 
@@ -118,7 +119,7 @@ class Closer:
         self._without_set: list[StageEnd] = []
         self._plans = CasePlans(model)
         # Cases are searched for under canonical plans, which do not depend on what is changed in a case.
-        self._tester = Tester(model_with_plans(RunPlans.CANONICAL, model), plans=self._plans)
+        self._tester = Tester(_with_canonical_plans(model), plans=self._plans)
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], TriedVisits] = {}
         self._suggestion_states = 0
@@ -558,6 +559,14 @@ class _CaseVisits:
 
 def _freely(suite: Campaign) -> int:
     return reduce(or_, (visited for _, visited in suite.visited_freely), 0)
+
+
+def _with_canonical_plans(model: BehaviorModel) -> BehaviorModel:
+    """Return the model with canonical plans; what cases with drawn plans are not judged by is off."""
+    if model.runs.plans is RunPlans.CANONICAL:
+        return model
+    off = (*model.requirements_off, (BuiltIn.NON_BLOCKING.value, "plans are drawn"))
+    return replace(model_with_plans(RunPlans.CANONICAL, model), requirements_off=off)
 
 
 def _alone(execution: Execution, kept: Sequence[Execution], before: Merit) -> int:

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from scbm.cases import Case, CaseGoal, CaseLimits, EnvironmentChange
 from scbm.cases.trace import End, state_after
-from scbm.closing import CloseLimits
+from scbm.closing import Closer, CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import load_model, read_model
@@ -135,6 +135,16 @@ def test_it_is_not_judged_after_a_limit_with_single_goals_or_drawn_plans() -> No
     assert not Tester(model).execute(limited).violations
     assert not failing(replace(model, runs=RunsDeclaration(GoalOrder.SINGLE)))
     assert not failing(replace(model, runs=RunsDeclaration(plans=RunPlans.DRAWN)))
+
+
+def test_with_drawn_plans_closing_says_that_no_case_can_show_a_violation() -> None:
+    model = replace(model_of(), runs=RunsDeclaration(plans=RunPlans.DRAWN))
+    cases = Closer(model).close(Campaign.of(model, ())).cases
+    assert cases
+    assert not [made for made in cases if made.execution.violations]
+    found = decided(model)
+    assert found.status is RequirementStatus.UNDECIDED
+    assert "drawn plans" in found.reason
 
 
 def test_a_goal_of_the_case_alone_is_none_of_the_model() -> None:

@@ -27,7 +27,7 @@ from scbm.closing.requirements.sentence_decisions import SentenceDecisions, why_
 from scbm.closing.requirements.violating_cases import RequirementKey, ViolatingCases, failure_of
 from scbm.closing.requirements.violation_search import ViolationSearch
 from scbm.closing.runs.all_runs import AllRuns
-from scbm.model import GoalOrder, PlanSet
+from scbm.model import GoalOrder, PlanSet, RunPlans
 from scbm.model.requirements import BuiltIn
 from scbm.planning import DEFAULT_PLANNER
 from scbm.testing.built_in_requirements import BUILT_INS
@@ -46,6 +46,7 @@ BESIDE = 4
 """A situation may occur beside so many memories of runs, on average; more count as incomplete."""
 
 _NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
+_NOT_JUDGED = "a run with canonical plans violates it, and cases with drawn plans are not judged by it"
 _UNKNOWN_HELP = "a run waits, and the search was too long whether a change from outside leads it to its goal"
 _INTERRUPTED = "closing was interrupted"
 _IN_TIME = "recovers: a reply that comes is as fast as in the simulation, and no limit of time or plans ends the run."
@@ -224,7 +225,8 @@ class RequirementCloser:
             return
         search = BlockingSearch(canonical)
         if search.blocked:
-            self._open[name] = (_NOT_SHOWN, None)
+            is_drawn = self._model.runs.plans is RunPlans.DRAWN
+            self._open[name] = (_NOT_JUDGED if is_drawn else _NOT_SHOWN, None)
             if key not in self._cases:
                 self._cases.try_walks(canonical, search.walks(), (key,))
                 self._cases.try_random((key,))

@@ -85,7 +85,7 @@ class ViolatingCases:
                 if execution.case.origin is None:
                     self._written.append(execution.case.name)
         for made in closing.cases:
-            self.keep(self.tester.execute(self._with_extra(made.case)) if self._extra else made.execution)
+            self.keep(self.tester.execute(self._with_extra(made.case)))  # it was made with canonical plans
 
     def keep(self, execution: Execution | None) -> None:
         """Keep a run for each requirement that it violates, unless another one is known.
