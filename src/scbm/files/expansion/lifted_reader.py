@@ -383,7 +383,7 @@ class LiftedReader:
             else:
                 self._scope.refuse_unlike_term(term, token, self._note)
         equal = [EqualityFormula(term, member, equal=True) for member in members_of if member is not None]
-        return DisjunctionFormula(tree, equal) if equal else None
+        return DisjunctionFormula(tree, equal) if len(equal) == len(listed) else None
 
     def _row(self, tree: SyntaxTree) -> Formula:
         """Return the lookup of a row."""
