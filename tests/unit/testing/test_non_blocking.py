@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from scbm.cases import Case, CaseGoal, CaseLimits, EnvironmentChange
 from scbm.cases.trace import End, state_after
-from scbm.closing import Closer, CloseLimits
+from scbm.closing import CloseLimits, Closer
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import load_model, read_model
