@@ -204,6 +204,25 @@ def test_a_cancelled_goal_is_over_by_its_status_though_its_result_never_comes() 
     assert play(story).fates == [(1, "accepted"), (1, "cancelled"), (2, "accepted")]
 
 
+def test_what_is_said_of_a_former_goal_does_not_end_the_present_one() -> None:
+    async def story(scene: Scene) -> None:
+        first = await scene.send(1)
+        await scene.cancel(1)
+        scene.server.has(first, GoalStatus.CANCELED)  # its result comes later
+        await settled()
+        second = await scene.send(2)
+        await scene.end(first, GoalStatus.SUCCEEDED, 0, 0)
+        await scene.cancel(2)
+        await scene.send(3)
+        assert list(scene.server.goals) == [first, second]
+        await scene.end(second, GoalStatus.CANCELED)
+        assert len(scene.server.goals) == 3
+
+    scene = play(story)
+    assert scene.heard.replies == []
+    assert scene.fates == [(1, "accepted"), (1, "cancelled"), (2, "accepted"), (2, "cancelled"), (3, "accepted")]
+
+
 def test_a_refused_cancellation_is_reported_and_the_goal_watched(wording: Wording) -> None:
     async def story(scene: Scene) -> None:
         scene.server.refuses_cancel = True
