@@ -222,7 +222,10 @@ class _Node:
             raise ValueError("topic name is invalid")
         return self._made(name, type_, qos)
 
-    def create_subscription(self, type_: Made, name: str, callback: Callable[[Any], None], qos: Profile) -> Endpoint:
+    def create_subscription(
+        self, type_: Made, name: str, callback: Callable[[Any], None], qos: Profile, *, raw: bool
+    ) -> Endpoint:
+        assert not raw, "only a real rclpy has payloads"
         return self._made(name, type_, qos, callback)
 
     def create_client(self, type_: Made, name: str, *, qos_profile: Profile) -> Endpoint:

@@ -61,15 +61,16 @@ class Driver:
             sequence = [*sequence, sequence[-1] + sequence[-2]][:LENGTH]
             handle.publish_feedback(Fibonacci.Feedback(sequence=sequence))
         self.active -= 1
+        # It is printed first: the next goal may come before this thread goes on.
         if handle.is_cancel_requested and order != IGNORING:
-            handle.canceled()
             say("canceled", order)
+            handle.canceled()
         elif order == ABORTED:
-            handle.abort()
             say("aborted", order)
+            handle.abort()
         else:
-            handle.succeed()
             say("succeeded", order)
+            handle.succeed()
         return Fibonacci.Result(sequence=sequence)
 
 

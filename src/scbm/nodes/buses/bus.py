@@ -55,12 +55,14 @@ class Topic(Struct, frozen=True):
         is_latched: whether each publisher's last message reaches those that come later (transient local).
         is_best_effort: whether lost messages are not repeated (best effort). A best-effort subscription receives from
             publishers of both kinds, and may lose messages; a reliable one receives only from reliable publishers.
+        is_raw: whether a subscription gets payloads in CDR (bytes) in place of messages, as most are of no interest.
     """
 
     name: str
     type: MessageDefinition = STRING
     is_latched: bool = False
     is_best_effort: bool = False
+    is_raw: bool = False
 
 
 class Service(Struct, frozen=True):

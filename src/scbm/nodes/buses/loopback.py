@@ -195,7 +195,8 @@ class _LoopbackSubscription:
         return len(self.hub.publishers_for(self))
 
     def deliver(self, message: Message, source: int) -> None:
-        self.bus.later(self.receive, Received(message, source, self.hub.now_ns()))
+        given = codec_of(self.topic.type).encode(message) if self.topic.is_raw else message
+        self.bus.later(self.receive, Received(given, source, self.hub.now_ns()))
 
     def lose(self, source: int) -> None:
         if self.left is not None:

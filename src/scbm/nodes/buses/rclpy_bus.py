@@ -136,7 +136,7 @@ class RclpyBus:
 
         class_, qos = _message_class(topic.type), self._qos(topic)
         with _rclpy_errors(f"`{topic.name}` cannot be subscribed to"):
-            entity = self._node.create_subscription(class_, topic.name, receive_later, qos)
+            entity = self._node.create_subscription(class_, topic.name, receive_later, qos, raw=topic.is_raw)
         self._heard.append(topic)
         return self._look_at(entity.get_publisher_count, matched)
 

@@ -15,7 +15,17 @@ from msgspec import Struct, field
 
 from scbm.nodes.bindings.ros_binding import ActionCall, ActionChoice, binding_of, request_values
 from scbm.nodes.buses.bus import BusError, Service, Topic, Unmatched
-from scbm.nodes.links.goals import ACTIVE, BUSY, CANCEL_TOO_LATE, Goal, GoalStatus, goal_id
+from scbm.nodes.links.goals import (
+    ACTIVE,
+    BUSY,
+    CANCEL_TOO_LATE,
+    Goal,
+    GoalStatus,
+    goal_id,
+    id_at,
+    position_of,
+    statuses_of,
+)
 from scbm.nodes.links.link import Measurement, PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import value_of
 from scbm.nodes.links.service_link import has_value
@@ -170,7 +180,7 @@ class _ActionServer(Struct, eq=False):
         )
         self._clients = tuple((which, bus.client(which, receive, self._matched)) for which, receive in services)
         feedback = Topic(f"{name}/feedback", kind.feedback_message)
-        status = Topic(f"{name}/status", GOAL_STATUS_ARRAY, is_latched=True)
+        status = Topic(f"{name}/status", GOAL_STATUS_ARRAY, is_latched=True, is_raw=True)
         self._topics = (
             (feedback, bus.subscribe(feedback, self._fed_back, self._matched)),
             (status, bus.subscribe(status, self._has_status, self._status_matched)),
@@ -351,23 +361,21 @@ class _ActionServer(Struct, eq=False):
             self.link.measure(values, received.stamp_ns)
 
     def _has_status(self, received: Received) -> None:
-        """Handle the statuses of all goals; nothing is made of those that are over, of which there may be many."""
+        """Handle the statuses of all goals."""
         own = None if self.goal is None else self.goal.id.bytes
-        others = []
-        for entry in received.message.status_list:
-            if entry.status in ACTIVE:
-                which = bytes(entry.goal_info.goal_id.uuid)
-                if which != own and which not in self.done:
-                    others.append(which)
-            elif own is not None and bytes(entry.goal_info.goal_id.uuid) == own:
-                self._is_over(entry.status)
+        statuses, entries = statuses_of(received.message)
+        active = [id_at(entries, position) for position, status in enumerate(statuses) if status in ACTIVE]
+        others = [which for which in active if which != own and which not in self.done]
+        if own is not None and own not in active:
+            position = position_of(entries, own)
+            self._is_over(None if position is None else statuses[position])
         self.others = tuple(UUID(bytes=which) for which in others)
         self._advance()
         self.link.look()
 
-    def _is_over(self, status: int) -> None:
+    def _is_over(self, status: int | None) -> None:
         """Handle the end of the goal by its status; the result of a goal that the model waits for is still to come."""
-        if self.goal is not None and not self.goal.is_wanted:
+        if self.goal is not None and not self.goal.is_wanted and status is not None:
             self.link.count(self.goal, _ENDS.get(status))
             self._finish()
 

@@ -8,6 +8,8 @@ from uuid import NAMESPACE_OID, UUID, uuid5
 
 from msgspec import Struct
 
+from scbm.nodes.types.cdr import BadPayloadError, header_of
+
 if TYPE_CHECKING:
     from asyncio import TimerHandle
 
@@ -36,6 +38,37 @@ CANCEL_TOO_LATE = 3
 
 BUSY = "is busy with goal"
 """Says in the reason why a driver is missing that waiting for a goal helps, and nothing else does."""
+
+
+_ENTRY = 28
+"""The bytes from status to status in a message: one of status, and the id, three that pad, and the time of the next."""
+
+_STATUS_AT, _PADDED = 24, 3
+
+
+def statuses_of(payload: bytes) -> tuple[bytes, bytes]:
+    """Return the statuses of the goals of a status message (CDR), and its entries for `id_at` and `position_of`.
+
+    Nothing is built for each goal: rclpy lists those of 15 minutes in each message. Raises `BadPayloadError`.
+    """
+    (count,) = header_of(payload, "I")
+    entries = payload[8:]
+    if count and len(entries) <= _ENTRY * (count - 1) + _STATUS_AT:
+        raise BadPayloadError(f"{count} goals do not fit into {len(payload)} bytes")
+    return entries[_STATUS_AT::_ENTRY][:count], entries
+
+
+def id_at(entries: bytes, position: int) -> bytes:
+    """Return the id of a goal in the entries of a status message."""
+    begin = _ENTRY * position - _PADDED if position else 0
+    return entries[begin : begin + 16]
+
+
+def position_of(entries: bytes, which: bytes) -> int | None:
+    """Return the position of a goal in the entries of a status message, by its id; `None` if it is not there."""
+    at = entries.find(which)
+    position = (at + _PADDED) // _ENTRY
+    return position if at >= 0 and id_at(entries, position) == which else None
 
 
 def goal_id(request: Correlation) -> UUID:

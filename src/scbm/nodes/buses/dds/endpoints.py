@@ -206,13 +206,13 @@ class DdsSubscription:
         stamp_ns = monotonic_ns()
         for payload, info in taken:
             if info.valid_data:
-                message = LateMessage(partial(self._codec.decode, payload))
+                message = payload if self.topic.is_raw else LateMessage(partial(self._codec.decode, payload))
                 self._hand_over(partial(self._receive, Received(message, info.publication_handle, stamp_ns)))
 
     # on the loop
 
     def _receive(self, received: Received) -> None:
-        """Hand over a message, which is decoded when it is looked at; most states of an action never are."""
+        """Hand over a message, which is decoded when it is looked at."""
         try:
             self._heard.receive(received)
         except BadPayloadError as error:
