@@ -204,7 +204,7 @@ def test_a_cancelled_goal_is_over_by_its_status_though_its_result_never_comes() 
     assert play(story).fates == [(1, "accepted"), (1, "cancelled"), (2, "accepted")]
 
 
-def test_what_is_said_of_a_former_goal_does_not_end_the_present_one() -> None:
+def test_messages_about_a_former_goal_do_not_end_the_present_one() -> None:
     async def story(scene: Scene) -> None:
         first = await scene.send(1)
         await scene.cancel(1)
