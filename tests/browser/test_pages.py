@@ -36,7 +36,7 @@ ROUTES = (
 PICTURED = {
     "missing": ("#/missing", "light"),
     "operation": ("#/operation/scanner_scan_item_a", "light"),
-    "source": ("#/source/204", "light"),
+    "source": ("#/source/206", "light"),
     "case": ("#/case/seed-1-case-6", "dark"),
 }
 """The pictures of the documentation: an address and a theme for each."""
