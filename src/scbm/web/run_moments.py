@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scbm.cases.trace import BecameCurrent, PlanReceived, RunEnded, state_after
+from scbm.cases.trace import BecameCurrent, OperationStepped, PlanReceived, RunEnded, state_after
 from scbm.model import OperationState, format_value
 from scbm.model.predicates import conjuncts
 from scbm.model.variables import CURRENT_NAME
@@ -55,6 +55,8 @@ def _following_operation(records: Sequence[Record]) -> str | None:
             queue = queue[1:]
         elif isinstance(record, RunEnded):
             queue = ()
+        elif isinstance(record, OperationStepped) and record.target is OperationState.INITIAL:
+            queue = queue if record.source is OperationState.COMPLETED else ()  # else a new plan is needed
     return queue[0] if queue else None
 
 

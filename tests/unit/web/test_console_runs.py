@@ -91,6 +91,18 @@ def test_a_moment_has_the_clauses_of_guards_and_what_can_happen(runs: ConsoleRun
     assert {"arrive:", ":door=open"} <= offers
 
 
+def test_no_operation_is_next_once_a_new_plan_is_needed() -> None:
+    found = ConsoleRuns(Path(AIR))
+    text = "case: a\ngoal: item_a_scanned\noutcomes: {gantry_move_to_box_a: [timeout]}\n"
+    trace = answer(found, "trace", text=text)["trace"]
+    back = next(number for number, each in enumerate(trace) if each.get("source") == "timedout")
+    roles = [
+        [guard["role"] for guard in answer(found, "moment", text=text, record=record)["guards"]]
+        for record in (back - 2, back)
+    ]
+    assert roles == [["current", "next"], []]
+
+
 def test_another_user_takes_a_shared_resource(runs: ConsoleRuns) -> None:
     text = "case: a\ngoal: gripped\noutcomes: {grip: [{outcome: fail}]}\nenvironment: [{at: 9 s, by: arrive}]\n"
     records = range(40)
