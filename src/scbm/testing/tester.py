@@ -74,7 +74,7 @@ if TYPE_CHECKING:
     from scbm.testing.requirement_monitors import Violation
 
 
-class Execution(PartlyCompared, frozen=True):
+class Execution(PartlyCompared, frozen=True, dict=True):
     """A case that was run, or that was lost: then its trace ends at the loss.
 
     Attributes:
@@ -147,7 +147,7 @@ class Execution(PartlyCompared, frozen=True):
 
         return find_repetition(self.trace.records)
 
-    @property
+    @cached_property
     def spans(self) -> RunSpans:
         """The spans of operations, requests, plans and faults in the run."""
         from scbm.cases.trace import spans_of  # noqa: PLC0415 - few runs are shown

@@ -221,7 +221,7 @@ class _Packer:
         return _RecordParts((*_lane(record), sentence.text), by_position, sentence.number)
 
     def _text(self, text: str) -> int:
-        return _number(self._texts, text)
+        return self._texts.setdefault(text, len(self._texts))
 
 
 def _record(failure: Failure, execution: Execution) -> int:
