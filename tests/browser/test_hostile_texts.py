@@ -25,7 +25,7 @@ pytestmark = pytest.mark.browser
 
 MARKUP = """</script></template><script>window.hacked = 1</script><img src=x onerror="hacked=1">"'\u202e\u2066 """
 HOSTILE = MARKUP + "x" * 300
-ROUTES = ("missing", "operations", "operation/pick_item_a", "source", "cases", "growth", "since", "findings")
+ROUTES = ("missing", "operations", "operation/pick_item_a", "model", "source", "cases", "growth", "since", "findings")
 
 
 def _hostile() -> History:
