@@ -1,4 +1,4 @@
-"""Lines of pictures as Chromium draws them, without their colours: nobody takes one status for another."""
+"""Lines of pictures as Chromium draws them, without their colours: each status can be told from the others."""
 
 from __future__ import annotations
 
