@@ -9,10 +9,13 @@
 //!                          /scanner/sees             std_msgs/msg/Bool, latched
 //!   call NAME            a service, std_srvs/srv/Trigger: for each message of /scanner/request, "probe" or so many calls;
 //!                        only for the latter it awaits the responses
+//!   gantry               an action server, /gantry: see trajectories.rs
 //!
-//! `driver` and `call` say `matched TOPIC` for each topic of DDS on which they and another node have found each other.
+//! `driver`, `call` and `gantry` say `matched TOPIC` for each topic of DDS on which they and another node have found each other.
 //! What they send then is heard a moment later: volatile readers of Cyclone DDS drop what comes from other vendors before
 //! the first heartbeat that is meant for them.
+
+mod trajectories;
 
 use std::{env, net::Ipv4Addr, pin::pin};
 
@@ -295,6 +298,7 @@ fn main() {
         }
         ["--domain", domain, "driver"] => block_on(driver(Peer::new(number(domain)))),
         ["--domain", domain, "call", service] => block_on(call(Peer::new(number(domain)), service)),
-        _ => panic!("usage: ros2_peer --domain N nodes NAME... | driver | call NAME"),
+        ["--domain", domain, "gantry"] => block_on(trajectories::serve(Peer::new(number(domain)))),
+        _ => panic!("usage: ros2_peer --domain N nodes NAME... | driver | call NAME | gantry"),
     }
 }
