@@ -82,10 +82,15 @@ class LiftedReader:
     def __init__(self, text: str, scope: LiftedScope, note: NoteFault) -> None:
         self._text = text
         self._scope = scope
-        self._note = note
+        self._report = note
+        self._noted = 0
         self._instances = 1
         self._dynamic: list[SyntaxTree] = []
         self.is_lifted = False
+
+    def _note(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+        self._noted += 1
+        self._report(slug, message, begin, end, remedy)
 
     def tree(self, start: Start) -> SyntaxTree | None:
         """Return the syntax tree of the text; `None` after a syntax error, which is noted."""
@@ -271,6 +276,11 @@ class LiftedReader:
 
     def _static(self, tree: SyntaxTree) -> Formula | None:
         """Return what is about objects, or has parameters of its own; `None` for an atom that reads variables."""
+        noted, found = self._noted, self._found(tree)
+        is_decided = isinstance(found, (EqualityFormula, TableFormula, IntegerFormula)) or tree.data == "member"
+        return ConstantFormula(True) if found is not None and is_decided and self._noted > noted else found
+
+    def _found(self, tree: SyntaxTree) -> Formula | None:
         match tree.data:
             case "quantified":
                 return QuantifiedFormula(tree, *self._quantifier(tree))
@@ -383,7 +393,7 @@ class LiftedReader:
             else:
                 self._scope.refuse_unlike_term(term, token, self._note)
         equal = [EqualityFormula(term, member, equal=True) for member in members_of if member is not None]
-        return DisjunctionFormula(tree, equal) if len(equal) == len(listed) else None
+        return DisjunctionFormula(tree, equal) if equal else None
 
     def _row(self, tree: SyntaxTree) -> Formula:
         """Return the lookup of a row."""
