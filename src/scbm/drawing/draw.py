@@ -10,19 +10,18 @@ from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import OptionReader, option_error
 from scbm.cli.options.option_values import read_goal
-from scbm.cli.options.status_options import Certificates, read_evidence, stored_evidence
+from scbm.cli.options.status_options import Certificates, history_of_model, read_evidence, stored_evidence
 from scbm.cli.options.verb_options import Model
 from scbm.cli.output.terminal import errors, results
 from scbm.drawing.automata import ModelAutomata
 from scbm.drawing.edge_statuses import EdgeStatuses
 from scbm.drawing.model_picture import automata_picture, plan_picture
 from scbm.drawing.named_parts import named_automata
-from scbm.files import digest_of, load_model
-from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
+from scbm.files import load_model
+from scbm.model import BehaviorModel
 from scbm.model.visible_text import shell_word, shown_path
 from scbm.planning import PlanLimits, Planner, Solved
 from scbm.running.search_guard import plan_guarded
-from scbm.store import read_history
 
 Names = Annotated[
     list[str] | None,
@@ -80,10 +79,7 @@ def _statuses(model: BehaviorModel, file: Path, store: Path | None, certificates
         if not certificates:
             return EdgeStatuses()
         return EdgeStatuses.of_evidence(model, read_evidence(model, file, certificates, None)[0])
-    history = read_history(store)
-    if digest_of(history.model) != digest_of(model):
-        message, remedy = "this store is of another model, or of another version of it", "run its cases again"
-        raise InputError([Diagnostic(Slug.STORE_OTHER_MODEL, message, Place(str(store)), remedy)])
+    history = history_of_model(store, model)
     evidence = stored_evidence(history, certificates, None, ())
     if evidence is not None:
         history = replace(history, decided=evidence.statuses(history.coverage, history.forced))

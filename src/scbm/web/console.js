@@ -142,7 +142,7 @@ async function showRun(answer) {
   select(kept.record);
 }
 
-const requestOption = ({ number, subject, detail }) => [String(number), `${number} → ${subject}: ${detail}`];
+const requestOption = ({ number, subject, detail }) => [String(number), `${number} → ${subject}${detail && `: ${detail}`}`];
 
 function showVerdict({ end, passed }, { failures, ended }) {
   const why = failures.map(({ message }) => message).join("; ");

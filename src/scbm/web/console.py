@@ -16,11 +16,11 @@ from scbm.cases import Case
 from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_errors import OptionReader, option_error
+from scbm.cli.options.status_options import history_of_model
 from scbm.cli.options.verb_options import Model
 from scbm.cli.output.terminal import results
-from scbm.files import FileWriter, digest_of, load_model, open_case, read_file, real_path, write_case
+from scbm.files import FileWriter, load_model, open_case, read_file, real_path, write_case
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
-from scbm.store import read_history
 from scbm.testing import RandomCases, Tester
 
 _HOST = "127.0.0.1"
@@ -109,10 +109,7 @@ def _stored(store: Path | None, model: BehaviorModel) -> tuple[str, ...]:
     """Return the names of the obligations that the cases of a store visited. Raise `InputError` for another model."""
     if store is None:
         return ()
-    history = read_history(store)
-    if digest_of(history.model) != digest_of(model):
-        message, remedy = "this store is of another model, or of another version of it", "run its cases again"
-        raise InputError([Diagnostic(Slug.STORE_OTHER_MODEL, message, Place(str(store)), remedy)])
+    history = history_of_model(store, model)
     return history.obligations.names(history.coverage.visited)
 
 

@@ -13,7 +13,7 @@ from scbm.cli.options.command_inputs import Reads
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
 from scbm.closing.current_date import today
-from scbm.files import load_waivers
+from scbm.files import digest_of, load_waivers
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
 
 if TYPE_CHECKING:
@@ -103,6 +103,17 @@ def read_asked_evidence(
     if not (is_asked or certificates or waivers or model.waivers):
         return None
     return read_evidence(model, model_file, certificates, waivers)[0]
+
+
+def history_of_model(store: Path, model: BehaviorModel) -> History:
+    """Return what a store has. Raise `InputError` for a store of another model."""
+    from scbm.store import read_history  # noqa: PLC0415 - a database, which few commands read
+
+    history = read_history(store)
+    if digest_of(history.model) != digest_of(model):
+        message, remedy = "this store is of another model, or of another version of it", "run its cases again"
+        raise InputError([Diagnostic(Slug.STORE_OTHER_MODEL, message, Place(str(store)), remedy)])
+    return history
 
 
 def stored_evidence(
