@@ -157,16 +157,27 @@ class ViolatingCases:
         execution = self._without_delays(key, execution)
         try:
             shrinker = Shrinker(self.tester, accepts=partial(self._shows, key))
-            return shrinker.shrink(execution, failure_of(key, execution), taken[-1]).execution, True
+            small = shrinker.shrink(execution, failure_of(key, execution), taken[-1])
+            return self._repeated(key, small.execution), True
         except UnshrinkableError:
             return self.tester.execute(replace(execution.case, name=taken[-1])), True
+
+    def _repeated(self, key: RequirementKey, execution: Execution) -> Execution:
+        """Return the run of a case that violates a requirement again: with the plans of the run, if no others do."""
+        again = bounded(self.tester, execution.case)
+        if again is not None and self._shows(key, again):
+            return execution
+        return self.tester.execute(replace(execution.case, plans=execution.answers))
 
     def _without_delays(self, key: RequirementKey, execution: Execution) -> Execution:
         """Return a run in which late replies are missing, if it violates the requirement; else the run as it is.
 
-        A missed goal is excused after a missing reply, and not after a late one.
+        A missed goal is excused after a missing reply, and not after a late one. Drawn plans are those of a run with
+        its replies.
         """
         case = execution.case
+        if case.plans or not any(map(_is_late, case.outcomes)):
+            return execution
         rules = tuple(
             replace(rule, outcome=Outcome.TIMEOUT, latency_ns=None) if _is_late(rule) else rule
             for rule in case.outcomes

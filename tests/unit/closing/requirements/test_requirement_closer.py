@@ -370,3 +370,25 @@ def test_a_requirement_of_the_command_line_stands_in_its_case() -> None:
     found = decided(closer.decide(Campaign.of(plain, ()), closing_of(plain)), "mine")
     assert found.execution is not None
     assert found.execution.case.requirements == (extra,)
+
+
+def test_what_only_drawn_plans_violate_is_shown_by_a_case_with_these_plans() -> None:
+    model = read_model(
+        """
+behavior_model: ways
+variables:
+  door: {domain: [shut, open], initial: shut}
+operations:
+  push: {pre: {g: door == shut}, post: {g: true, a: [door <- open]}}
+  pull: {pre: {g: door == shut}, post: {g: true, a: [door <- open]}}
+goals: {opened: door == open}
+requirements: {no_pull: never pull.state == executing}
+runs: {plans: drawn}
+"""
+    )
+    found = decided(decide(model), "no_pull")
+    assert found.status is RequirementStatus.VIOLATED
+    assert found.execution is not None
+    text = write_case(found.execution.case, model, None)
+    again = Tester(model).execute(read_case(text, model))
+    assert [each.requirement for each in again.violations] == ["no_pull"]
