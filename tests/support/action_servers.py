@@ -83,8 +83,10 @@ class ActionServer:
             self.accept(which, accepted=self.accepts)
         return self._accepted[which]
 
-    def _result(self, request: Message) -> asyncio.Future[Values]:
+    def _result(self, request: Message) -> Values | asyncio.Future[Values]:
         which = UUID(bytes=bytes(request.goal_id.uuid))
+        if which not in self._results:
+            return {"status": int(GoalStatus.UNKNOWN)}
         self.watched.append(which)
         self._asked.set()
         return self._results[which]

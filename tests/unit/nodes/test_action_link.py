@@ -323,6 +323,45 @@ def test_a_lost_server_gives_no_reply_and_another_one_gets_the_next_goal(wording
     wording("".join(f"{each}\n" for each in scene.complaints))
 
 
+@pytest.mark.parametrize("is_accepted", [True, False])
+def test_a_server_that_leaves_after_the_next_one_has_come_is_lost_with_its_goal(is_accepted: bool) -> None:  # noqa: FBT001 - a case
+    async def story(scene: Scene) -> None:
+        scene.within_s = 0.0
+        scene.server.accepts = True if is_accepted else None
+        await scene.send(1)
+        server = ActionServer(scene.hub.join("driver"), "/fibonacci", FIBONACCI)
+        await settled()
+        scene.link.end_run()
+        await scene.bus.close()
+        await settled()
+        following = await scene.send(2)
+        assert (list(server.goals), scene.link.is_there) == ([following], True)
+
+    assert play(story).heard.replies == []
+
+
+@pytest.mark.parametrize("is_accepted", [True, False])
+def test_a_goal_at_a_server_that_another_one_joins_for_a_while_is_watched(is_accepted: bool) -> None:  # noqa: FBT001 - a case
+    async def story(scene: Scene) -> None:
+        scene.server.accepts = True if is_accepted else None
+        first = await scene.send(1)
+        other = scene.hub.join("driver")
+        ActionServer(other, "/fibonacci", FIBONACCI)
+        await settled()
+        scene.link.end_run()
+        await other.close()
+        await settled()
+        await scene.send(2)
+        if not is_accepted:
+            scene.server.accept(first)
+            await settled()
+        assert (list(scene.server.goals), scene.server.cancels, scene.link.is_there) == ([first], [first], False)
+        await scene.end(first, GoalStatus.CANCELED)
+        assert len(scene.server.goals) == 2
+
+    assert play(story).heard.replies == []
+
+
 def test_several_servers_are_reported(wording: Wording) -> None:
     async def story(scene: Scene) -> None:
         ActionServer(scene.hub.join("driver"), "/fibonacci", FIBONACCI)

@@ -156,6 +156,7 @@ class _ActionServer(Struct, eq=False):
         cancelled: the goal of each call that cancels one.
         others: the ids of active goals of other programs; `None` until they are known.
         done: the last own goals that are over, which a late status may list as active.
+        was_crowded: whether several servers have been there since there was one: that of the goal may have left.
     """
 
     action: ActionCall
@@ -167,6 +168,7 @@ class _ActionServer(Struct, eq=False):
     cancelled: dict[int, Goal] = field(default_factory=dict)
     others: tuple[UUID, ...] | None = None
     done: deque[bytes] = field(default_factory=lambda: deque(maxlen=_MAX_DONE))
+    was_crowded: bool = False
     _clients: tuple[tuple[Service, Client], ...] = ()
     _topics: tuple[tuple[Topic, Subscription], ...] = ()
 
@@ -225,10 +227,30 @@ class _ActionServer(Struct, eq=False):
         if self.goal is not None and any(not end.peers for _, end in self._clients):
             self.link.warn(f"the server of `{self.action.name}` is lost with {self.goal.words}")
             self._finish()
+        self.was_crowded |= any(end.peers > 1 for _, end in self._parts)
+        if self._is_whole and self.was_crowded:
+            self.was_crowded = False
+            self._look_for_goal()
         if self._is_whole and self.others is None:
             asyncio.get_running_loop().call_later(_SETTLES_S, self._settle)
         self._advance()
         self.link.look()
+
+    def _look_for_goal(self) -> None:
+        """Ask the server that is left whether it has the goal. It need not know one that it has not accepted yet."""
+        goal = self.goal
+        if goal is not None and goal.is_accepted:
+            self._call(1, {"goal_id": _uuid(goal)}, self.asked, goal)
+        elif goal is not None:
+            asyncio.get_running_loop().call_later(self.link.within_s(goal), self._forget, goal)
+
+    def _forget(self, goal: Goal) -> None:
+        """Take a goal for lost that has never been accepted."""
+        if goal is self.goal and not goal.is_accepted:
+            self.link.warn(f"the server of `{self.action.name}` was replaced, and is lost with {goal.words}")
+            self._finish()
+            self.done.pop()  # if it is accepted yet, its status makes the server busy
+            self._matched(1)
 
     def _status_matched(self, peers: int) -> None:
         """Forget goals of a lost server; a first status may come before this callback."""
@@ -299,6 +321,8 @@ class _ActionServer(Struct, eq=False):
     def _answered(self, answered: Answered) -> None:
         """Handle the response to a goal."""
         goal = self.sent.pop(answered.call, None)
+        if goal is not None and goal is not self.goal and answered.message.accepted:
+            self._send_cancel(goal)
         if goal is None or goal is not self.goal:
             return
         self.link.count(goal, GoalFate.ACCEPTED if answered.message.accepted else GoalFate.REJECTED)
