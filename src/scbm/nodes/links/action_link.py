@@ -16,11 +16,11 @@ from msgspec import Struct, field
 from scbm.nodes.bindings.ros_binding import ActionCall, ActionChoice, binding_of, request_values
 from scbm.nodes.buses.bus import BusError, Service, Topic, Unmatched
 from scbm.nodes.links.goals import (
-    ACTIVE,
     BUSY,
     CANCEL_TOO_LATE,
     Goal,
     GoalStatus,
+    active_among,
     goal_id,
     id_at,
     position_of,
@@ -156,6 +156,7 @@ class _ActionServer(Struct, eq=False):
         cancelled: the goal of each call that cancels one.
         others: the ids of active goals of other programs; `None` until they are known.
         done: the last own goals that are over, which a late status may list as active.
+        is_whole: whether each part has one server.
         was_crowded: whether several servers have been there since there was one: that of the goal may have left.
     """
 
@@ -168,6 +169,7 @@ class _ActionServer(Struct, eq=False):
     cancelled: dict[int, Goal] = field(default_factory=dict)
     others: tuple[UUID, ...] | None = None
     done: deque[bytes] = field(default_factory=lambda: deque(maxlen=_MAX_DONE))
+    is_whole: bool = False
     was_crowded: bool = False
     _clients: tuple[tuple[Service, Client], ...] = ()
     _topics: tuple[tuple[Topic, Subscription], ...] = ()
@@ -195,13 +197,9 @@ class _ActionServer(Struct, eq=False):
         return (*self._clients, *self._topics)
 
     @property
-    def _is_whole(self) -> bool:
-        return bool(self._topics) and all(end.peers == 1 for _, end in self._parts)
-
-    @property
     def is_free(self) -> bool:
         """Whether goals can be sent, but for own ones that are active in a run."""
-        return self._is_whole and self.others == () and (self.goal is None or not self.goal.is_left)
+        return self.is_whole and self.others == () and (self.goal is None or not self.goal.is_left)
 
     def lonely(self) -> Iterator[Service | Topic]:
         """Yield the parts without a server."""
@@ -214,7 +212,7 @@ class _ActionServer(Struct, eq=False):
             names = ", ".join(self._clients[0][1].server_names())
             why = f"`{self.action.name}` has {most} servers, and each would carry out every goal"
             yield Unmatched(f"{why}: {names}" if names else why, is_mismatch=False, is_crowded=True)
-        if self._is_whole and self.others is None:
+        if self.is_whole and self.others is None:
             yield Unmatched(f"it is not known yet whether `{self.action.name}` has active goals", is_mismatch=False)
         for other in self.others or ():
             yield Unmatched(f"`{self.action.name}` {BUSY} {other} of another program", is_mismatch=False)
@@ -227,11 +225,13 @@ class _ActionServer(Struct, eq=False):
         if self.goal is not None and any(not end.peers for _, end in self._clients):
             self.link.warn(f"the server of `{self.action.name}` is lost with {self.goal.words}")
             self._finish()
-        self.was_crowded |= any(end.peers > 1 for _, end in self._parts)
-        if self._is_whole and self.was_crowded:
+        peers = [end.peers for _, end in self._parts]
+        self.is_whole = bool(self._topics) and {*peers} == {1}
+        self.was_crowded |= max(peers) > 1
+        if self.is_whole and self.was_crowded:
             self.was_crowded = False
             self._look_for_goal()
-        if self._is_whole and self.others is None:
+        if self.is_whole and self.others is None:
             asyncio.get_running_loop().call_later(_SETTLES_S, self._settle)
         self._advance()
         self.link.look()
@@ -260,7 +260,7 @@ class _ActionServer(Struct, eq=False):
 
     def _settle(self) -> None:
         """Take it that there are no goals, as no status came."""
-        if self._is_whole and self.others is None:
+        if self.is_whole and self.others is None:
             self.others = ()
             self._advance()
             self.link.look()
@@ -388,7 +388,7 @@ class _ActionServer(Struct, eq=False):
         """Handle the statuses of all goals."""
         own = None if self.goal is None else self.goal.id.bytes
         statuses, entries = statuses_of(received.message)
-        active = [id_at(entries, position) for position, status in enumerate(statuses) if status in ACTIVE]
+        active = [id_at(entries, position) for position in active_among(statuses)]
         others = [which for which in active if which != own and which not in self.done]
         if own is not None and own not in active:
             position = position_of(entries, own)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from enum import IntEnum
 from typing import TYPE_CHECKING
 from uuid import NAMESPACE_OID, UUID, uuid5
@@ -32,6 +33,8 @@ class GoalStatus(IntEnum):
 ACTIVE = (GoalStatus.ACCEPTED, GoalStatus.EXECUTING, GoalStatus.CANCELING)
 """The statuses of a goal that is not over."""
 
+_ACTIVE = re.compile(b"[%s]" % bytes(ACTIVE))
+
 CANCEL_TOO_LATE = 3
 """The return code of a cancellation of a goal that is over."""
 
@@ -51,11 +54,15 @@ def statuses_of(payload: bytes) -> tuple[bytes, bytes]:
 
     Nothing is built for each goal: rclpy lists those of 15 minutes in each message. Raises `BadPayloadError`.
     """
-    (count,) = header_of(payload, "I")
-    entries = payload[8:]
+    (count,), entries = header_of(payload, "I"), payload[8:]
     if count and len(entries) <= _ENTRY * (count - 1) + _STATUS_AT:
         raise BadPayloadError(f"{count} goals do not fit into {len(payload)} bytes")
     return entries[_STATUS_AT::_ENTRY][:count], entries
+
+
+def active_among(statuses: bytes) -> list[int]:
+    """Return the positions of the goals that are not over."""
+    return [found.start() for found in _ACTIVE.finditer(statuses)]
 
 
 def id_at(entries: bytes, position: int) -> bytes:
