@@ -184,7 +184,7 @@ def resident_kb() -> int:
     return pages * resource.getpagesize() // 1024
 
 
-async def serve_for_ever() -> None:
+async def serve_until_end() -> None:
     """Serve until the standard input ends."""
     bus = open_dds("server", DOMAIN, print)
     serve(bus, FIBONACCI)
@@ -200,7 +200,7 @@ def main() -> int:
     options = parser.parse_args()
     os.environ["CYCLONEDDS_URI"] = LOOPBACK
     if options.serve:
-        asyncio.run(serve_for_ever())
+        asyncio.run(serve_until_end())
         return 0
     with subprocess.Popen([sys.executable, __file__, "--serve"], stdin=subprocess.PIPE):  # it ends with its input
         found = asyncio.run(measure(options.goals))

@@ -54,10 +54,10 @@ class Scene:
     def says(self, phase: str) -> str:
         """Let goals go on until one is in a phase; return its number."""
         while True:
-            said = self.servers[-1].says("(asked|accepted|fed|over|cancelled) ([0-9]+)")
-            if said[1] == phase:
-                return said[2]
-            self.go(said[1], said[2])
+            printed = self.servers[-1].says("(asked|accepted|fed|over|cancelled) ([0-9]+)")
+            if printed[1] == phase:
+                return printed[2]
+            self.go(printed[1], printed[2])
 
     def go(self, phase: str, number: str) -> None:
         self.servers[-1].write_line(f"go {phase} {number}")
@@ -103,5 +103,5 @@ def test_no_kill_lets_a_goal_begin_beside_another_or_makes_a_wrong_verdict(
         assert ends.count("lost") <= scene.lost, verdicts(ended)
         assert len(ends) == scene.cases
         assert all(cell.log(f"case_{number}").exists() for number in range(scene.cases))
-        said = [line for server in scene.servers for line in server.output_lines]
-        assert not [line for line in said if line.startswith(("overlap", "warning"))]
+        printed = [line for server in scene.servers for line in server.output_lines]
+        assert not [line for line in printed if line.startswith(("overlap", "warning"))]
