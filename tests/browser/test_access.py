@@ -83,6 +83,8 @@ WINDOWS = [
 ]
 """The width of a window, and its theme."""
 
+SCHEMES = ["light", pytest.param("dark", marks=pytest.mark.slow)]
+
 
 @pytest.mark.parametrize(("width", "scheme"), WINDOWS)
 def test_axe_finds_no_violation_on_any_page(visit: Visit, before: Path, failing: Path, scheme: str, width: int) -> None:
@@ -106,14 +108,7 @@ def violations(page: Page, *routes: str) -> dict[str, list[str]]:
     return {route: broken for route, broken in found.items() if broken}
 
 
-def test_axe_finds_no_violation_on_pages_of_a_large_model(visit: Visit, factory: Path) -> None:
-    page = visit.open(factory)
-    assert violations(page, "operation/line_1_station_01_load") == {}
-    page.evaluate("location.hash = '#/missing'")
-    assert page.evaluate(AXE) == []
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_axe_finds_no_violation_among_mutants(visit: Visit, scbm: Scbm, tmp_path: Path, scheme: str) -> None:
     model, page = tmp_path / "lamp.yaml", tmp_path / "mutants.html"
     model.write_text(LAMP, encoding="utf-8")
@@ -128,7 +123,7 @@ def wrong(page: Page) -> dict[str, list[str]]:
     return {what: found for what, found in page.evaluate(CHECKS).items() if found}
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", SCHEMES)
 def test_text_is_readable_and_controls_have_the_names_that_are_seen(visit: Visit, before: Path, scheme: str) -> None:
     page = visit.open(before, color_scheme=scheme)
     for route in ROUTES:

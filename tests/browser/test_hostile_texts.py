@@ -47,7 +47,7 @@ def _hostile() -> History:
     return since_another_run(replace(history, runs=runs, cases=(first, *history.cases[1:])))
 
 
-@pytest.mark.parametrize("width", [1440, 390])
+@pytest.mark.parametrize("width", [pytest.param(1440, marks=pytest.mark.slow), 390])
 def test_hostile_texts_are_shown_and_do_nothing(visit: Visit, write_report: Callable[..., Path], width: int) -> None:
     page = visit.open(write_report(_hostile()), viewport={"width": width, "height": 900})
     for route in ROUTES:

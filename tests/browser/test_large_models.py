@@ -11,6 +11,7 @@ pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
 from playwright.sync_api import expect
 
 from browser.conftest import OPERATIONS
+from browser.test_access import AXE, violations
 
 if TYPE_CHECKING:
     from browser.conftest import Visit
@@ -71,3 +72,10 @@ def test_pages_of_operations_leave_the_document_when_they_are_left(visit: Visit,
         expect(page.locator(".page.operation")).to_have_count(1)
         expect(page.locator(".page.operation .line")).to_have_count(1)
         expect(page.locator(".page.operation .of-lines")).to_have_count(1)
+
+
+def test_axe_finds_no_violation_on_pages_of_a_large_model(visit: Visit, factory: Path) -> None:
+    page = visit.open(factory)
+    assert violations(page, "operation/line_1_station_01_load") == {}
+    page.evaluate("location.hash = '#/missing'")
+    assert page.evaluate(AXE) == []

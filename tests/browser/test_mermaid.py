@@ -21,7 +21,9 @@ from support.hostile_names import HOSTILE, hostile_model
 from support.loops import GUARD_S
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from collections.abc import Iterator
+
+    from playwright.sync_api import Browser, Page
 
 pytestmark = pytest.mark.browser
 
@@ -44,25 +46,25 @@ DRAW = """async texts => {
 
 
 @pytest.fixture(scope="module")
-def mermaid(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The script of Mermaid from npm; without npm or its registry the tests are skipped."""
+def mermaid(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """A page with the script of Mermaid from npm; without npm or its registry the tests are skipped."""
     folder = tmp_path_factory.mktemp("mermaid")
     command = [shutil.which("npm") or "", "pack", "--silent", MERMAID]
     if not command[0] or subprocess.run(command, cwd=folder, check=False, capture_output=True).returncode:
         pytest.skip("npm is not installed, or its registry has no Mermaid")
     with tarfile.open(next(folder.glob("*.tgz"))) as package:
         package.extract("package/dist/mermaid.min.js", folder, filter="data")
-    return folder / "package/dist/mermaid.min.js"
-
-
-def drawn(browser: Browser, mermaid: Path, texts: list[str]) -> list[str]:
-    """Return the pictures that Mermaid draws. Raise an error for a text that it cannot parse."""
-    page: Any = browser.new_page()
+    page = browser.new_page()
     page.set_default_timeout(GUARD_S * 1_000)
     page.set_content("<!doctype html><body></body>")
-    page.add_script_tag(path=mermaid)
-    found: list[str] = page.evaluate(DRAW, texts)
+    page.add_script_tag(path=folder / "package/dist/mermaid.min.js")
+    yield page
     page.close()
+
+
+def drawn(mermaid: Page, texts: list[str]) -> list[str]:
+    """Return the pictures that Mermaid draws. Raise an error for a text that it cannot parse."""
+    found: list[str] = mermaid.evaluate(DRAW, texts)
     return found
 
 
@@ -72,24 +74,24 @@ def diagrams(model: BehaviorModel, statuses: EdgeStatuses) -> list[str]:
 
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.parent.name)
-def test_mermaid_draws_each_automaton(browser: Browser, mermaid: Path, path: Path) -> None:
+def test_mermaid_draws_each_automaton(mermaid: Page, path: Path) -> None:
     model = load_model(path)
     texts = diagrams(model, EdgeStatuses.of_store(history_of(path, 3)))
-    pictures = drawn(browser, mermaid, texts)
+    pictures = drawn(mermaid, texts)
     assert len(pictures) == len(texts) > 0
     assert all("<svg" in picture and "Syntax error" not in picture for picture in pictures)
 
 
-def test_mermaid_draws_a_plan(browser: Browser, mermaid: Path) -> None:
+def test_mermaid_draws_a_plan(mermaid: Page) -> None:
     model = load_model(EXAMPLE / "before.yaml")
     plan = [operation.name for operation in model.operations[:1]]
     text = plan_picture(ModelAutomata.of(model), "goal", plan, EdgeStatuses()).mermaid
-    (picture,) = drawn(browser, mermaid, DIAGRAM.findall(text))
+    (picture,) = drawn(mermaid, DIAGRAM.findall(text))
     assert plan[0] in picture
 
 
-def test_mermaid_shows_hostile_names_as_they_are(browser: Browser, mermaid: Path) -> None:
-    pictures = drawn(browser, mermaid, diagrams(hostile_model(), EdgeStatuses()))
+def test_mermaid_shows_hostile_names_as_they_are(browser: Browser, mermaid: Page) -> None:
+    pictures = drawn(mermaid, diagrams(hostile_model(), EdgeStatuses()))
     page: Any = browser.new_page()
     page.set_content(pictures[0])
     shown = " ".join(page.locator("svg").all_text_contents())

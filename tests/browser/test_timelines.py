@@ -81,6 +81,7 @@ def _ticks(page: Page) -> list[str]:
     return page.locator(".tl-axis .tl-words").all_text_contents()
 
 
+@pytest.mark.slow
 def test_every_record_can_be_stepped_through_by_keyboard_and_shows_its_state(
     visit: Visit, before: Path, run: Execution
 ) -> None:
@@ -312,6 +313,7 @@ def test_a_livelock_of_a_thousand_records_at_one_instant_can_be_stepped(
     assert _state(page) == _in_words(state_after(records[:selected]))
 
 
+@pytest.mark.slow
 def test_all_rows_of_a_long_run_are_there_when_it_is_printed(visit: Visit, of_model: Callable[[str], Path]) -> None:
     page = visit.open(of_model("livelock"), CASE.replace("6", "1"))
     shown = _shown(page)

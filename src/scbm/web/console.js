@@ -386,7 +386,7 @@ const KEYS = {
 
 function onKey(event) {
   if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
-  const isField = event.target.closest?.("input:not([type=checkbox]), textarea, select, dialog");
+  const isField = event.target.closest?.("input:not([type=checkbox]), textarea, select, dialog[open]");
   if (event.key === "Escape" && isField && !event.target.closest("dialog")) event.target.blur();
   const act = isField ? null : KEYS[event.key];
   if (!act) return;
