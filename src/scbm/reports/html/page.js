@@ -813,7 +813,7 @@
 
   function key(event) {
     if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.target.closest?.("input:not([type=checkbox]), textarea, select, dialog")) return;
+    if (event.target.closest?.("input:not([type=checkbox]), textarea, select, dialog[open]")) return;
     const act = KEYS[event.key];
     if (!act) return;
     event.preventDefault();
