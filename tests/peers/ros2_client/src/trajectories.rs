@@ -1,4 +1,4 @@
-//! An action server of control_msgs/action/FollowJointTrajectory. The first position of a goal says what becomes of it:
+//! An action server of control_msgs/action/FollowJointTrajectory; /points has the point of each goal. The first position of a goal says what becomes of it:
 //! from 100 on it is rejected; from 20 on it is active until its cancellation is asked for, which 90 ignores and the others
 //! take; 80 refuses it, and is active until a message of /go; 60 is accepted only after one. 10 is aborted, others succeed.
 
@@ -7,7 +7,7 @@ use std::{iter, pin::pin};
 use futures::{join, StreamExt};
 use ros2_client::{
     action::{ActionServerQosPolicies, AsyncActionServer, GoalEndStatus},
-    ActionTypeName, Message, ServiceMapping,
+    ActionTypeName, Message, MessageTypeName, ServiceMapping,
 };
 use serde::{Deserialize, Serialize};
 
@@ -93,6 +93,7 @@ struct Feedback {
     multi_dof_error: MultiPoint,
 }
 
+impl Message for Point {}
 impl Message for Goal {}
 impl Message for Outcome {}
 impl Message for Feedback {}
@@ -114,6 +115,12 @@ pub async fn serve(mut peer: Peer) {
     );
     let server = AsyncActionServer::new(made.expect("an action server"));
     let go = peer.subscription::<String>("/go", "String", reliable());
+    let kind = MessageTypeName::new("trajectory_msgs", "JointTrajectoryPoint");
+    let topic = peer.node.create_topic(&name("/points"), kind, &reliable());
+    let points = peer
+        .node
+        .create_publisher::<Point>(&topic.expect("a topic"), None)
+        .expect("a publisher");
     println!("ready");
     let work = async {
         let mut go = pin!(go.async_stream());
@@ -122,6 +129,8 @@ pub async fn serve(mut peer: Peer) {
             let goal = server.get_new_goal(new.clone()).expect("the goal");
             let target = goal.trajectory.points[0].positions[0];
             println!("goal {target} {}", goal.trajectory.joint_names.join(" "));
+            let point = goal.trajectory.points[0].clone();
+            assert!(points.async_publish(point).await.is_ok(), "a point");
             if target >= 100.0 {
                 server.reject_goal(new).await.expect("a rejection");
                 continue;
