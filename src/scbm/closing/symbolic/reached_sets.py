@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.closing.symbolic.decision_diagrams import diagram_manager, forget_unused
 from scbm.closing.symbolic.run_moves import RunMoves
 from scbm.closing.symbolic.run_space import RunSpace, TooManyValuesError
 from scbm.closing.symbolic.run_variables import predicted_variables, run_variables
+from scbm.model.variables import CURRENT_NAME, NO_OPERATION
 from scbm.proofcheck import GOAL, PHASE, SetPhase, predicted_name
 
 if TYPE_CHECKING:
@@ -34,6 +36,9 @@ class SetLimits(Struct, frozen=True):
 
 DEFAULT_LIMITS = SetLimits()
 
+_EASY_WORK = 100_000
+"""So many nodes may be made to find all states from which no plan leads to the goal, whether runs reach them or not."""
+
 _NO_ENGINE = "no library of decision diagrams is installed: `pip install 'scbm[symbolic]'` adds one"
 
 _TOO_MANY_VALUES = "a comparison or an assignment reads too many combinations of values for decision diagrams"
@@ -51,40 +56,67 @@ class ReachedSet(Struct):
         moves: the moves.
         reached: the set.
         dead: predicted states from which no plan leads to the goal.
-        all_moves: the moves one by one.
+        visited: the obligations that the moves which are possible in the set visit, as bits.
+        is_complete: whether the search was not over before, because nothing was left to prove.
     """
 
     space: RunSpace
     moves: RunMoves
     reached: Diagram
     dead: Diagram
-    all_moves: Sequence[RunMove]
+    visited: int
+    is_complete: bool
 
-    def visited(self, subject_and_aspect: Callable[[RunMove], int]) -> int:
-        """Return what the moves that are possible in the set visit, as bits; the function says what one visits."""
-        found = 0
-        for move in self.all_moves:
-            bits = subject_and_aspect(move) & ~found
-            if bits and self.moves.image(move, self.reached) != self.space.manager.false:
-                found |= bits
-        return found
+
+class _Part(Struct, eq=False):
+    """The situations with the same current operation, those without one, or those in which plans are listed.
+
+    Attributes:
+        where: all situations of this part.
+        reached: the situations found so far.
+        new: those of them from which no move was taken yet.
+        inside: the moves that stay in it.
+        leaving: the moves to the part without a current operation.
+        entering: the moves from that part.
+        seen: the situations of that part from which they were taken.
+    """
+
+    where: Diagram
+    reached: Diagram
+    new: Diagram
+    seen: Diagram
+    inside: list[RunMove]
+    leaving: list[RunMove]
+    entering: list[RunMove]
+
+    def add(self, found: Diagram) -> None:
+        """Add situations."""
+        found &= ~self.reached
+        self.reached |= found
+        self.new |= found
 
 
 class SetSearch:
     """The search for the set of one model."""
 
-    def __init__(self, model: BehaviorModel, limits: SetLimits, progress: Callable[[str], None]) -> None:
-        """`progress` is called with counts."""
+    def __init__(
+        self, model: BehaviorModel, limits: SetLimits, progress: Callable[[str], None], visits: Callable[[RunMove], int]
+    ) -> None:
+        """`progress` is called with counts; `visits` returns what a move visits, as bits."""
         self._model = model
         self._limits = limits
         self._progress = progress
-        self._work = 0
+        self._visits = visits
+        self._work = self._visited = 0
 
-    def find(self, is_enough: Callable[[ReachedSet], bool]) -> ReachedSet:
+    def find(self, missing: int) -> ReachedSet:
         """Return the set. Raises `NoSetError` beyond the limits, or where no engine is installed.
 
-        Plans may go on with any operation that the planner enables. If that is not enough, operations after which no
-        plan leads to the goal are left out, and the set is found again.
+        Operations after which no plan leads to the goal are left out of plans. Where the states before them are too
+        many, they are looked for among those of a first set.
+
+        Args:
+            missing: the obligations that proofs are looked for, as bits.
         """
         variables = run_variables(self._model)
         manager = diagram_manager([bit for variable in variables for bit in variable.bits])
@@ -92,54 +124,111 @@ class SetSearch:
             raise NoSetError(_NO_ENGINE)
         space = RunSpace(variables, manager)
         try:
-            found = self._reached(space, manager.false)
-            if is_enough(found):
+            moves = RunMoves(self._model, space, predicted_variables(self._model))
+            kept = (GOAL, *map(predicted_name, predicted_variables(self._model)))
+            every = space.all_of(space.has_one_of(name, space.variables[name].values) for name in kept)
+            dead = self._dead(moves, every, min(_EASY_WORK, self._limits.work))
+            if dead is not None:
+                return self._reached(space, dead, missing)
+            found = self._reached(space, manager.false, -1)
+            if not missing & found.visited:
                 return found
-            dead = self._dead(found)
-            return found if dead == manager.false else self._reached(space, dead)
+            planned = space.has_one_of(PHASE, (SetPhase.ASKING, SetPhase.PLAN, SetPhase.PLANNED))
+            others = space.bits_of(name for name in space.variables if name not in kept)
+            dead = self._dead(found.moves, manager.exist(others, found.reached & planned), self._limits.work)
+            if dead is None:
+                raise self._too_much_work()
+            return found if dead == manager.false else self._reached(space, dead, missing)
         except TooManyValuesError:
             raise NoSetError(_TOO_MANY_VALUES) from None
 
-    def _reached(self, space: RunSpace, dead: Diagram) -> ReachedSet:
-        """Return the least set that no move leaves. Each round takes all moves once from what is new."""
+    def _reached(self, space: RunSpace, dead: Diagram, missing: int) -> ReachedSet:
+        """Return the least set that no move leaves; a part of it if its moves visit all that is missing.
+
+        Operations are taken one after the other. All that can happen while one is current is found at once, then all
+        that follows until the next one. So most sets on the way are near to closed ones, and small.
+        """
         nothing = space.manager.false
         moves = RunMoves(self._model, space, predicted_variables(self._model), dead)
-        all_moves = tuple(moves.moves())
-        reached = new = moves.start()
-        rounds = 0
-        while new != nothing:
+        idle, *others = self._parts(moves)
+        self._visited = rounds = 0
+        idle.add(moves.start())
+        self._close(moves, idle)
+        is_complete = False
+        while not is_complete and missing & ~self._visited:
             rounds += 1
-            self._progress(f"collecting all situations in a set: round {rounds}, {reached.dag_size:,} nodes")
-            before = reached
+            is_complete = True
             forget_unused(space.manager)
-            for move in all_moves:
-                after = moves.image(move, new)
-                if after != nothing:
-                    self._count(after)
-                    new |= after & ~reached
-                    reached |= after
-            new = reached & ~before
-            if reached.dag_size > self._limits.nodes:
+            nodes = sum(part.reached.dag_size for part in (idle, *others))
+            self._progress(f"collecting all situations in a set: round {rounds}, {nodes:,} nodes")
+            if nodes > self._limits.nodes:
                 message = f"a decision diagram of all situations has more than {self._limits.nodes:,} nodes"
                 raise NoSetError(message)
-        return ReachedSet(space, moves, reached, dead, all_moves)
+            for part in others:
+                since, part.seen = idle.reached & ~part.seen, idle.reached
+                if since != nothing:
+                    is_complete = False
+                    self._take(moves, part.entering, since, part)
+                    self._take(moves, part.leaving, self._close(moves, part), idle)
+                    self._close(moves, idle)
+        reached = space.any_of(part.reached for part in (idle, *others))
+        return ReachedSet(space, moves, reached, dead, self._visited, is_complete)
 
-    def _dead(self, found: ReachedSet) -> Diagram:
-        """Return the predicted states of a set from which no plan leads to the goal."""
-        space, moves = found.space, found.moves
-        kept = dict.fromkeys((GOAL, *map(predicted_name, predicted_variables(self._model))))
-        planned = space.has_one_of(PHASE, (SetPhase.ASKING, SetPhase.PLAN, SetPhase.PLANNED))
-        others = space.bits_of(name for name in space.variables if name not in kept)
-        left = space.manager.exist(others, found.reached & planned)
-        operations = [moves.following(each, space.manager.true, {}, None) for each in self._model.operations]
+    def _parts(self, moves: RunMoves) -> list[_Part]:
+        """Return the parts with their moves, the part without a current operation first."""
+        space, nothing = moves.space, moves.space.manager.false
+        listed = space.has(PHASE, SetPhase.PLANNED)
+        names = (NO_OPERATION, *(operation.name for operation in self._model.operations))
+        wheres = [*(space.has(CURRENT_NAME, name) & ~listed for name in names), listed]
+        parts = [_Part(where, nothing, nothing, nothing, [], [], []) for where in wheres]
+        for move in moves.moves():
+            for part in parts:
+                here = replace(move, where=move.where & part.where)
+                after = moves.image(here, here.where)
+                if after == nothing:
+                    continue
+                if after & ~part.where == nothing:
+                    part.inside.append(here)
+                elif after & ~parts[0].where == nothing:
+                    part.leaving.append(here)
+                else:
+                    next(each for each in parts if after & ~each.where == nothing).entering.append(here)
+        return parts
+
+    def _close(self, moves: RunMoves, part: _Part) -> Diagram:
+        """Take all moves inside a part from what is new in it until nothing is; return all that was new."""
+        nothing = found = moves.space.manager.false
+        while part.new != nothing:
+            new, part.new = part.new, nothing
+            found |= new
+            self._take(moves, part.inside, new, part)
+        return found
+
+    def _take(self, moves: RunMoves, some: Sequence[RunMove], situations: Diagram, target: _Part) -> None:
+        """Take some moves one after the other, inside the target also from what those before have found."""
+        for move in some:
+            after = moves.image(move, situations)
+            if after != moves.space.manager.false:
+                self._count(after)
+                self._visited |= self._visits(move)
+                if some is target.inside:
+                    situations |= after & ~target.reached
+                target.add(after)
+
+    def _dead(self, moves: RunMoves, left: Diagram, most: int) -> Diagram | None:
+        """Return those of some predicted states from which no plan leads to the goal; `None` beyond `most` nodes."""
+        nothing, begin = moves.space.manager.false, self._work
+        operations = [moves.following(each, ~nothing, {}, None) for each in self._model.operations]
         new = left & moves.predicted_goal()
         left &= ~new
-        while new != space.manager.false:
+        while new != nothing:
             before = left
             for operation in operations:
                 nearer = moves.before(operation, new) & left
-                if nearer != space.manager.false:
-                    self._count(nearer)
+                if nearer != nothing:
+                    self._work += nearer.dag_size
+                    if self._work - begin > most:
+                        return None
                     left &= ~nearer
             new = before & ~left
         return left
@@ -147,5 +236,7 @@ class SetSearch:
     def _count(self, diagram: Diagram) -> None:
         self._work += diagram.dag_size
         if self._work > self._limits.work:
-            message = f"the decision diagrams on the way to the set have more than {self._limits.work:,} nodes"
-            raise NoSetError(message)
+            raise self._too_much_work()
+
+    def _too_much_work(self) -> NoSetError:
+        return NoSetError(f"the decision diagrams on the way to the set have more than {self._limits.work:,} nodes")

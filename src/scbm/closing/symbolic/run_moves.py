@@ -261,8 +261,9 @@ class RunMoves:
 
     def _operation_moves(self, operation: Operation) -> Iterator[RunMove]:
         has, name = self.space.has, operation.name
+        planned = has(PHASE, SetPhase.PLANNED) & has(CURRENT_NAME, self._first[CURRENT_NAME])
         yield self.following(operation, self._following & has(PHASE, SetPhase.PLAN), {CURRENT_NAME: name}, None)
-        yield self.following(operation, has(PHASE, SetPhase.PLANNED), {}, Aspect.QUEUED)
+        yield self.following(operation, planned, {}, Aspect.QUEUED)
         for source in dict.fromkeys(rule.source for rule in LIFECYCLE):
             left = self._going_on & has(CURRENT_NAME, name) & has(CURRENT_STATE, source.value)
             timed = self._passes(operation, source)

@@ -61,6 +61,7 @@ class RunSpace:
     def __init__(self, variables: Sequence[RunVariable], manager: DiagramManager) -> None:
         self.manager = manager
         self.variables = {variable.name: variable for variable in variables}
+        self._bits = {variable.name: variable.bits for variable in variables}
         self._known: dict[tuple[str, Value, type], Diagram] = {}
 
     def has(self, name: str, value: Value) -> Diagram:
@@ -92,7 +93,7 @@ class RunSpace:
 
     def bits_of(self, names: Iterable[str]) -> tuple[str, ...]:
         """Return the bits of some variables."""
-        return tuple(bit for name in names for bit in self.variables[name].bits)
+        return tuple(bit for name in names for bit in self._bits[name])
 
     def equal(self, left: str, right: str) -> Diagram:
         """Return where two variables of the same values are equal."""

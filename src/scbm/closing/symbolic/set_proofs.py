@@ -35,7 +35,7 @@ class SetProofs:
         self._model = model
         self._found = found
         self._obligations = Obligations.of(model)
-        self.visited = found.visited(_visits_in(self._obligations))
+        self.visited = found.visited
         self._reasons: dict[Obligation, str] = {}
 
     @staticmethod
@@ -50,9 +50,8 @@ class SetProofs:
             progress: called with counts.
             limits: the limits of the set.
         """
-        visits = _visits_in(Obligations.of(model))
-        found = SetSearch(model, limits, progress).find(lambda first: not first.visited(visits) & missing)
-        return SetProofs(model, found)
+        search = SetSearch(model, limits, progress, _visits_in(Obligations.of(model)))
+        return SetProofs(model, search.find(missing))
 
     @property
     def is_exact(self) -> bool:
@@ -64,11 +63,11 @@ class SetProofs:
     @property
     def never(self) -> int:
         """The obligations that no run visits, as bits."""
-        return self._obligations.mask(*Aspect) & ~self.visited
+        return self._obligations.mask(*Aspect) & ~self.visited if self._found.is_complete else 0
 
     def proves(self, obligation: Obligation) -> bool:
         """Return whether no run visits an obligation."""
-        return not self.visited & self._obligations.bit(obligation)
+        return bool(self.never & self._obligations.bit(obligation))
 
     @property
     def argument(self) -> SetsArgument:
