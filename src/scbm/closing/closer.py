@@ -493,11 +493,12 @@ class Closer:
         planning = min(self._limits.planning, _MAX_PLANNED_FOR_A_GOAL)
         most = min(self._limits.situations, _MAX_FOR_A_GOAL)
         limits = replace(self._limits, situations=most, planning=planning, beyond=0)
-        runs = AllRuns(model, limits, lambda _: None, planner=planner)
+        program = self._tester.program.of_mutant(model)  # models with other goals are compiled once
+        runs = AllRuns(model, limits, lambda _: None, planner=planner, program=program)
         self._suggestion_states -= runs.situations + runs.planned
         if runs.is_interrupted:
             raise KeyboardInterrupt
-        tester, found = Tester(model, plans=planner and PlanCache(planner)), list[Execution]()
+        tester, found = Tester(model, plans=planner and PlanCache(planner), program=program), list[Execution]()
         search = CaseSearch(runs, tester, runs.visits.mask, 0, limits, found)
         search.run(short=False)
         force = ForcedCases(tester, runs.visits.mask & ~Merit.of(found).visited, 0, limits.candidates, found)

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.model import BehaviorModel, LiftedOrigin, Operation, Resource, Value
+    from scbm.running import Program
     from scbm.testing.verdicts import ExcuseRules, GoalRun, Outcomes
 
 
@@ -400,12 +401,13 @@ class JudgedBuiltIns(NamedTuple):
 class BuiltInJudge:
     """Judges runs of one model by the built-in requirements that the model has not switched off."""
 
-    def __init__(self, model: BehaviorModel, rules: ExcuseRules) -> None:
+    def __init__(self, model: BehaviorModel, rules: ExcuseRules, program: Program | None = None) -> None:
+        """`program` is the compiled model, if it is compiled."""
         self._model = model
         self._rules = rules
         self._protocol = RequestProtocol(model)
         off = [name for name, _ in model.requirements_off]
-        self._reachable = ReachableGoals(model)
+        self._reachable = ReachableGoals(model, program)
         has_requests = bool(model.resources)
         self._judged = [
             each for name, each in BUILT_INS.items() if name not in off and (has_requests or not each.needs_requests)

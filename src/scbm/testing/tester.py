@@ -235,6 +235,7 @@ class Tester:
         options: RunnerOptions | None = None,
         plan_limits: PlanLimits | None = None,
         plans: PlanSource | None = None,
+        program: Program | None = None,
     ) -> None:
         """Prepare runs.
 
@@ -243,14 +244,15 @@ class Tester:
             options: the limits of runs; by default those of `RunnerOptions`.
             plan_limits: the limits of each plan; by default those of the model.
             plans: answers questions for plans; by default a cache of the planner's answers.
+            program: the compiled model, if it is compiled.
         """
         self.model = model
         self.obligations = Obligations.of(model)
         self._initial = InitialStates(model)
-        self._simulator = Simulator(model, options, plan_limits, plans)
+        self._simulator = Simulator(model, options, plan_limits, plans, program)
         self._plain = PlainReactions()
         self._excuses = ExcuseRules.of(model)
-        self._built_ins = BuiltInJudge(model, self._excuses)
+        self._built_ins = BuiltInJudge(model, self._excuses, program)
 
     def of_mutant(self, mutant: BehaviorModel, *, plans_alike: bool) -> Tester:
         """Return a tester of a mutant of the model; it judges runs by the properties and excuses of the model.

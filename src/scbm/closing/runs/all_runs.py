@@ -116,6 +116,7 @@ class AllRuns:
         until: int = 0,
         explores: bool = True,
         planner: Planner | None = None,
+        program: Program | None = None,
     ) -> None:
         """Explore all runs.
 
@@ -127,9 +128,10 @@ class AllRuns:
             until: bits of visits: the exploration ends when it has visited all of them. 0 for no such end.
             explores: whether to explore anything; if not, that counts as interrupted.
             planner: a planner of the model; by default a new one.
+            program: the compiled model, if it is compiled.
         """
         self.model = model
-        self.program = Program(model)
+        self.program = program or Program(model)
         self.scope = scope
         self._classes: Mapping[str, tuple[Value, ...]] = {}
         if scope.takes_classes:

@@ -120,11 +120,12 @@ class Simulator:
         options: RunnerOptions | None = None,
         plan_limits: PlanLimits | None = None,
         plans: PlanSource | None = None,
+        program: Program | None = None,
     ) -> None:
         self.model = model
         self.options = options or RunnerOptions()
         self.plan_limits = plan_limits or PlanLimits.of(model)
-        self.program = Program(model)
+        self.program = program or Program(model)
         self.planner = Planner.of(model)
         self.plans: PlanSource = plans or PlanCache(self.planner)
         self.resources = {resource.name: resource for resource in model.resources}

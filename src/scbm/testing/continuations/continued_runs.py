@@ -35,7 +35,11 @@ class ContinuedRuns:
     """
 
     def __init__(
-        self, model: BehaviorModel, planner: str = DEFAULT_PLANNER, limits: PlanLimits = _DEFAULT_LIMITS
+        self,
+        model: BehaviorModel,
+        planner: str = DEFAULT_PLANNER,
+        limits: PlanLimits = _DEFAULT_LIMITS,
+        program: Program | None = None,
     ) -> None:
         """Compile nothing yet: most runs need no search.
 
@@ -43,8 +47,10 @@ class ContinuedRuns:
             model: the model.
             planner: the name of the planner of the runs.
             limits: the limits of each plan; where one is met, `PlanningTooLargeError` is raised.
+            program: the compiled model, if it is compiled.
         """
         self.model = model
+        self._program = program
         self._limits = limits
         self._planner_name = planner
         self._steps: dict[tuple[Predicate, int, bool, bool], NotedSteps] = {}
@@ -80,7 +86,7 @@ class ContinuedRuns:
     @cached_property
     def program(self) -> Program:
         """The compiled model."""
-        return Program(self.model)
+        return self._program or Program(self.model)
 
     def _answer(self, state: int, goal: Predicate) -> Answer:
         answer = self._plans.plan(self.program.packing.values(state), goal, self._limits)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Value
+    from scbm.running import Program
     from scbm.running.untimed.noted_steps import NotedSteps
     from scbm.running.untimed.situations import Happening, Position, RunStep
 
@@ -82,10 +83,10 @@ class ReachableGoals:
     for before: each answer has its own memory of what is reached.
     """
 
-    def __init__(self, model: BehaviorModel) -> None:
-        """Prepare nothing yet: of most models few states at rest are asked for."""
+    def __init__(self, model: BehaviorModel, program: Program | None = None) -> None:
+        """Prepare nothing yet: of most models few states at rest are asked for. `program` is the compiled model."""
         self._model = model
-        self._runs = ContinuedRuns(model, model.planner.name or DEFAULT_PLANNER, _PLAN_LIMITS)
+        self._runs = ContinuedRuns(model, model.planner.name or DEFAULT_PLANNER, _PLAN_LIMITS, program)
         self._lost: dict[int, tuple[LostGoals | None] | None] = {}
         self._open: dict[int, tuple[bool] | None] = {}
 
