@@ -13,7 +13,7 @@ from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.symbolic import decision_diagrams
-from scbm.closing.symbolic.reached_sets import NoSetError, SetLimits
+from scbm.closing.symbolic.reached_sets import NoSetError, SetLimits, SetSearch
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.files import digest_of
 from scbm.model import BehaviorModel, PlanSet
@@ -74,6 +74,36 @@ def test_no_run_visits_what_a_set_proves(first: int) -> None:
         assert visited == [], number
         real = enumerate_runs(model_of(number), 500, is_open=True, is_sequence=True, plans=PlanSet.ANY)
         assert [name for name in never if real.visits(name)] == [], number
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize("first", range(1, share(240, usual=20), 20))
+def test_runs_visit_what_a_set_visits_surely(first: int) -> None:
+    """So no graph of runs with any plans is explored for proofs about it."""
+    for number in range(first, first + 20):
+        sets, runs = sets_of(number), all_runs_of(number)
+        if sets is not None and runs.stopped is None:
+            surely = runs.visits.obligations.names(sets.surely)
+            visited = tuple(runs.visits.obligations.names(runs.visited | runs.cut_off))
+            assert [name for name in surely if name not in visited] == [], number
+
+
+@pytest.mark.longer
+@pytest.mark.parametrize("number", range(1, share(40, usual=4)))
+def test_a_set_is_what_all_moves_together_lead_to(number: int) -> None:
+    """Sets are collected one operation after the other; here all moves are taken again and again."""
+    search = SetSearch(model_of(number), _LIMITS, lambda _: None, lambda _: 0)
+    try:
+        found = search.find(_EVERYTHING)
+    except NoSetError:
+        return
+    moves, reached, before = list(found.moves.moves()), found.moves.start(), found.space.manager.false
+    while reached != before:
+        before = reached
+        for move in moves:
+            reached |= found.moves.image(move, reached)
+    assert found.is_complete
+    assert found.reached == reached
 
 
 @pytest.mark.longer

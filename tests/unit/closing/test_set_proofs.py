@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from scbm.cases.coverage import Obligations
+from scbm.cases.coverage import Aspect, Obligation, Obligations
 from scbm.closing import CloseLimits, Closer, Decision
 from scbm.closing.decisions import Stage
 from scbm.closing.symbolic import decision_diagrams
@@ -51,6 +51,15 @@ def test_each_proof_has_a_reason(wording: Wording) -> None:
     assert sets.never == sum(Obligations.of(model).bit(each) for each in proved)
     for each in proved:
         wording(f"{each}: {sets.reason(each)}")
+
+
+def test_the_search_is_over_when_nothing_is_left_to_prove() -> None:
+    """What the rest of the set would prove is not known then."""
+    model = read_model(CELL)
+    executing = Obligations.of(model).bit_of("move", Aspect.EXECUTING)
+    sets = SetProofs.of(model, executing, lambda _: None)
+    assert sets.surely & executing
+    assert (sets.never, sets.proves(Obligation("idle", Aspect.QUEUED))) == (0, False)
 
 
 @pytest.mark.parametrize("limits", [SetLimits(nodes=10), SetLimits(work=100)])

@@ -378,4 +378,4 @@ def _without_proved(missing: int, few: AllRuns | None, by_sets: Callable[[int], 
     sets = by_sets(left) if left else None
     if sets is None:
         return missing, left
-    return missing & ~sets.never, 0 if sets.is_exact else left & ~sets.never
+    return missing & ~sets.never, left & ~sets.never & ~sets.surely

@@ -15,7 +15,7 @@ from scbm.model.variables import CURRENT_NAME, NO_OPERATION
 from scbm.proofcheck import GOAL, PHASE, SetPhase, predicted_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from scbm.closing.symbolic.decision_diagrams import Diagram
     from scbm.closing.symbolic.run_moves import RunMove
@@ -57,6 +57,7 @@ class ReachedSet(Struct):
         reached: the set.
         dead: predicted states from which no plan leads to the goal.
         visited: the obligations that the moves which are possible in the set visit, as bits.
+        surely: those of them that moves visit which are not loose, as bits.
         is_complete: whether the search was not over before, because nothing was left to prove.
     """
 
@@ -65,6 +66,7 @@ class ReachedSet(Struct):
     reached: Diagram
     dead: Diagram
     visited: int
+    surely: int
     is_complete: bool
 
 
@@ -146,42 +148,61 @@ class SetSearch:
         """Return the least set that no move leaves; a part of it if its moves visit all that is missing.
 
         Operations are taken one after the other. All that can happen while one is current is found at once, then all
-        that follows until the next one. So most sets on the way are near to closed ones, and small.
+        that follows until the next one. So most sets on the way are near to closed ones, and small. Loose moves come
+        last.
         """
-        nothing = space.manager.false
         moves = RunMoves(self._model, space, predicted_variables(self._model), dead)
-        idle, *others = self._parts(moves)
-        self._visited = rounds = 0
-        idle.add(moves.start())
-        self._close(moves, idle)
-        is_complete = False
-        while not is_complete and missing & ~self._visited:
+        parts = self._parts(moves)
+        self._visited = 0
+        parts[0].add(moves.start())
+        self._place((move for move in moves.moves() if not move.is_loose), moves, parts)
+        is_complete = self._grow(moves, parts, missing)
+        surely = self._visited
+        if is_complete and missing & ~surely:
+            self._place((move for move in moves.moves() if move.is_loose), moves, parts)
+            for part in parts:
+                part.new = part.reached
+            is_complete = self._grow(moves, parts, missing)
+        reached = space.any_of(part.reached for part in parts)
+        return ReachedSet(space, moves, reached, dead, self._visited, surely, is_complete)
+
+    def _grow(self, moves: RunMoves, parts: Sequence[_Part], missing: int) -> bool:
+        """Take all moves from what is new until nothing is, and return `True`; `False` if all missing is visited."""
+        nothing, (idle, *others) = moves.space.manager.false, parts
+        rounds, is_new = 0, True
+        while is_new:
+            if not missing & ~self._visited:
+                return False
             rounds += 1
-            is_complete = True
-            forget_unused(space.manager)
-            nodes = sum(part.reached.dag_size for part in (idle, *others))
+            forget_unused(moves.space.manager)
+            nodes = sum(part.reached.dag_size for part in parts)
             self._progress(f"collecting all situations in a set: round {rounds}, {nodes:,} nodes")
             if nodes > self._limits.nodes:
                 message = f"a decision diagram of all situations has more than {self._limits.nodes:,} nodes"
                 raise NoSetError(message)
+            is_new = self._close(moves, idle) != nothing
             for part in others:
                 since, part.seen = idle.reached & ~part.seen, idle.reached
-                if since != nothing:
-                    is_complete = False
+                if since != nothing or part.new != nothing:
+                    is_new = True
                     self._take(moves, part.entering, since, part)
                     self._take(moves, part.leaving, self._close(moves, part), idle)
                     self._close(moves, idle)
-        reached = space.any_of(part.reached for part in (idle, *others))
-        return ReachedSet(space, moves, reached, dead, self._visited, is_complete)
+        return True
 
     def _parts(self, moves: RunMoves) -> list[_Part]:
-        """Return the parts with their moves, the part without a current operation first."""
+        """Return the parts without moves, the part without a current operation first."""
         space, nothing = moves.space, moves.space.manager.false
         listed = space.has(PHASE, SetPhase.PLANNED)
         names = (NO_OPERATION, *(operation.name for operation in self._model.operations))
         wheres = [*(space.has(CURRENT_NAME, name) & ~listed for name in names), listed]
-        parts = [_Part(where, nothing, nothing, nothing, [], [], []) for where in wheres]
-        for move in moves.moves():
+        return [_Part(where, nothing, nothing, nothing, [], [], []) for where in wheres]
+
+    @staticmethod
+    def _place(some: Iterable[RunMove], moves: RunMoves, parts: Sequence[_Part]) -> None:
+        """Add moves to the parts in which they are possible."""
+        nothing = moves.space.manager.false
+        for move in some:
             for part in parts:
                 here = replace(move, where=move.where & part.where)
                 after = moves.image(here, here.where)
@@ -193,7 +214,6 @@ class SetSearch:
                     part.leaving.append(here)
                 else:
                     next(each for each in parts if after & ~each.where == nothing).entering.append(here)
-        return parts
 
     def _close(self, moves: RunMoves, part: _Part) -> Diagram:
         """Take all moves inside a part from what is new in it until nothing is; return all that was new."""

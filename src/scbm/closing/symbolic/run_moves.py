@@ -15,6 +15,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Aspect
 from scbm.closing.symbolic.run_space import AssignedValues, SpaceReader
@@ -58,11 +59,13 @@ class RunMove(Struct, frozen=True):
         where: the situations in which it begins.
         stages: the stages.
         visits: the obligations that it visits, each with its subject.
+        is_loose: whether it is possible in more situations than in runs.
     """
 
     where: Diagram
     stages: tuple[tuple[Alternative, ...], ...]
     visits: tuple[tuple[str, Aspect], ...] = ()
+    is_loose: bool = False
 
 
 class RunMoves:
@@ -233,7 +236,7 @@ class RunMoves:
     def _plans(self) -> Iterator[RunMove]:
         """Yield the moves of a run without a current operation, but those that make one current."""
         space, has = self.space, self.space.has
-        predicted = space.all_of(space.equal(name, other) for name, other in reversed(self._pairs))
+        predicted = self._predicts_present()
         given = self._change({PHASE: SetPhase.ASKING, PLAN_STATE: PlanState.PLANNING.value})
         then = predicted if given.then is None else given.then & predicted
         asks = Alternative(given.where, (*given.names, *self._predicted), then)
@@ -246,6 +249,10 @@ class RunMoves:
         yield RunMove(answered, ((self._change(looked_at),),))
         done = self._following & has(PHASE, SetPhase.PLAN) & self.goal_holds(self._planned)
         yield RunMove(done, ((self._change(self._no_plan()),),))
+
+    def _predicts_present(self) -> Diagram:
+        """Return where the predicted state is the present one."""
+        return self.space.all_of(self.space.equal(name, other) for name, other in reversed(self._pairs))
 
     def following(self, operation: Operation, where: Diagram, given: Given, aspect: Aspect | None) -> RunMove:
         """Return the move by which an operation is next in a plan, as the planner predicts."""
@@ -418,10 +425,14 @@ class RunMoves:
         """Yield the ends of runs: reached, aborted, unsolvable, by a limit or a livelock."""
         running = self.space.has_one_of(PHASE, PURSUING)
         livelocked = running & self.space.any_of(self._automatic_where)
+        asking = self._following & self.space.has(PHASE, SetPhase.ASKING)
         limited = self._settled() | self._following & self.space.has(PHASE, SetPhase.NO_PLAN)
         yield self._end(self._reaching, PlanState.COMPLETED)
-        yield self._end(self._aborting | limited | livelocked, PlanState.ABORTED)
-        yield self._end(self._following & self.space.has(PHASE, SetPhase.ASKING), PlanState.UNSOLVABLE)
+        yield self._end(self._aborting | limited, PlanState.ABORTED)
+        nothing_flies = self.space.all_of(self.space.has(name, False) for name in self._requests)
+        yield self._end(asking & ~self.alive & nothing_flies & self._predicts_present(), PlanState.UNSOLVABLE)
+        yield replace(self._end(livelocked, PlanState.ABORTED), is_loose=True)
+        yield replace(self._end(asking, PlanState.UNSOLVABLE), is_loose=True)
 
 
 _TRIED = {

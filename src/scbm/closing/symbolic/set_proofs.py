@@ -9,7 +9,6 @@ from scbm.closing.proofs.blame import blame
 from scbm.closing.symbolic.reached_sets import DEFAULT_LIMITS, SetSearch
 from scbm.closing.symbolic.set_certificates import sets_argument
 from scbm.model import OperationState, conjunction
-from scbm.model.variables import PLAN_STATE
 from scbm.running.compiled_steps import OperationPart
 from scbm.running.lifecycle import guard_and_actions, is_current_in, states_trying
 
@@ -28,6 +27,7 @@ class SetProofs:
 
     Attributes:
         visited: the obligations that steps in the set visit, as bits; they may be more than runs visit.
+        surely: those of them that runs visit, but for runs that a livelock ends; these prove nothing.
     """
 
     def __init__(self, model: BehaviorModel, found: ReachedSet) -> None:
@@ -35,7 +35,7 @@ class SetProofs:
         self._model = model
         self._found = found
         self._obligations = Obligations.of(model)
-        self.visited = found.visited
+        self.visited, self.surely = found.visited, found.surely
         self._reasons: dict[Obligation, str] = {}
 
     @staticmethod
@@ -52,13 +52,6 @@ class SetProofs:
         """
         search = SetSearch(model, limits, progress, _visits_in(Obligations.of(model)))
         return SetProofs(model, search.find(missing))
-
-    @property
-    def is_exact(self) -> bool:
-        """Whether runs visit all that steps in the set visit: nothing tells the ends of runs from each other."""
-        guards = (transition.running_guard for transition in self._model.transitions)
-        is_read = any(PLAN_STATE in each.reads() for each in (*guards, *self._model.actions))
-        return not is_read and not self._model.automatic_transitions
 
     @property
     def never(self) -> int:
