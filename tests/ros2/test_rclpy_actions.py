@@ -90,6 +90,7 @@ def test_each_goal_ends_as_its_server_decides_before_the_next_one_begins(  # noq
         assert goals == [f"goal {order}" for order in (3, 100, 10, 20, 2, 60, 2, 80, 2, 90, 2, 21)]
 
 
+@pytest.mark.slow
 def test_a_killed_server_gives_no_reply_and_the_next_one_gets_the_next_goal(jazzy: Rclpy, domain: int) -> None:
     with jazzy.program("fibonacci_server", domain) as server, jazzy.program("goal_sender", domain) as link:
         link.says("there")
