@@ -153,7 +153,11 @@ class LivenessSearch:
 
 def _ends_due(graph: RunGraph, node: int, edge: Edge, judged: Judgement) -> bool:
     """Return whether q is due after the end of a run that no limit ended."""
-    if not judged.memory or not node or graph.is_at_rest(node) or _is_limit(graph, edge):
+    if not judged.memory or not node or _is_limit(graph, edge):
+        return False
+    label = graph.label(edge.number)
+    gives_goal = isinstance(label, Happening) and label.kind is HappeningKind.GOAL
+    if graph.is_at_rest(node) and not gives_goal:  # a run can end in the step in which its goal is given
         return False
     return edge.target < 0 or graph.is_at_rest(edge.target)
 

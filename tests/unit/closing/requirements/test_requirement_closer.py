@@ -392,3 +392,25 @@ runs: {plans: drawn}
     text = write_case(found.execution.case, model, None)
     again = Tester(model).execute(read_case(text, model))
     assert [each.requirement for each in again.violations] == ["no_pull"]
+
+
+def test_a_run_that_ends_in_the_step_in_which_its_goal_is_given_leaves_q_due() -> None:
+    model = read_model(
+        """
+behavior_model: at_once
+variables:
+  door: {domain: [shut, open], initial: shut}
+operations:
+  open: {pre: {g: door == shut}, post: {g: true, a: [door <- open]}}
+  shut: {pre: {g: door == open}, post: {g: true, a: [door <- shut]}}
+goals: {opened: door == open, closed: door == shut}
+requirements:
+  shut_again: open.state == executing leads to shut.state == executing
+  opens: open.state == executing leads to door == open
+"""
+    )
+    decisions = decide(model)
+    found = decided(decisions, "shut_again")
+    assert (found.status, decided(decisions, "opens").holds) == (RequirementStatus.VIOLATED, True)
+    assert found.execution is not None
+    assert found.execution.case.goal_names == "opened"
