@@ -148,11 +148,12 @@ def violated_by_some_run(model: BehaviorModel, sentence: RequirementForm, most: 
     seen: dict[object, None] = {}
     todo: deque[tuple[Run, bool]] = deque()
     steps: Iterable[Step] = rules.first_steps()
-    memory, goal = False, ""
+    memory, goal, is_started = False, "", False
     while True:
         for step in steps:
             after, is_violated = _followed(sentence, memory, step.states)
-            is_end = bool(goal) and not step.after.goal and step.way is not Way.LIMIT
+            is_pursued = bool(goal) or (is_started and step.way is not Way.OUTSIDE)
+            is_end = is_pursued and not step.after.goal and step.way is not Way.LIMIT
             if is_violated or (isinstance(sentence, LeadsTo) and after and (is_end or rules.waits(step.after))):
                 return True
             key = (rules.place(step.after), after)
@@ -164,7 +165,7 @@ def violated_by_some_run(model: BehaviorModel, sentence: RequirementForm, most: 
         if not todo:
             return False
         run, memory = todo.popleft()
-        goal = run.goal
+        goal, is_started = run.goal, True
         steps = rules.next_steps(run)
 
 
