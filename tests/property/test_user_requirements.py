@@ -8,9 +8,10 @@ import pytest
 from msgspec.structs import replace
 
 from scbm.cases.trace import End
-from scbm.closing import CloseLimits
+from scbm.closing import CloseLimits, Closer
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
+from scbm.files import read_case, write_case
 from scbm.model import (
     And,
     BehaviorModel,
@@ -22,10 +23,12 @@ from scbm.model import (
     Predicate,
     Reference,
     Requirement,
+    RunPlans,
     RunsDeclaration,
     Variable,
 )
 from scbm.model.requirements import AfterAlways, Always, Before, LeadsTo, Never, RequirementForm
+from scbm.planning import model_with_plans
 from scbm.testing import Campaign, Tester
 from support.closings import closing_of
 from support.opened_models import opened
@@ -82,6 +85,20 @@ def test_decisions_agree_with_the_second_interpreter(number: int) -> None:
             assert expected in {None, each.status is VIOLATED}, each
         if each.execution is not None:
             again = Tester(model).execute(each.execution.case)
+            assert (each.name, each.is_built_in) in [(v.requirement, v.is_built_in) for v in again.violations]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [23, 56])
+def test_models_with_drawn_plans_are_closed_and_written_cases_repeat_violations(number: int) -> None:
+    model = model_with_plans(RunPlans.DRAWN, model_of(number))
+    model = replace(model, requirements=model.requirements[:5])
+    limits = CloseLimits(situations=1_500, candidates=10)
+    closing = Closer(model, limits).close(Campaign.of(model, ()))
+    for each in RequirementCloser(model, limits, lambda _: None).decide(Campaign.of(model, ()), closing).decided:
+        if each.execution is not None:
+            written = write_case(each.execution.case, model, None)
+            again = Tester(model).execute(read_case(written, model))
             assert (each.name, each.is_built_in) in [(v.requirement, v.is_built_in) for v in again.violations]
 
 

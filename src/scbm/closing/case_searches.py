@@ -23,7 +23,7 @@ from scbm.closing.scripts.case_search import CaseSearch, Merit, bounded
 from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_by_force, with_inputs_in_motion
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.outside_walks import natural_walks
-from scbm.model import GoalOrder, RunPlans, State
+from scbm.model import GoalOrder, InputError, RunPlans, State
 from scbm.model.sources import free_groups, outside_groups
 
 if TYPE_CHECKING:
@@ -247,7 +247,10 @@ def _take_other_plans(task: ClosingTask) -> None:
         task.progress(f"looking for cases with other shortest plans, {len(left):,} obligations left")
         for made in task.cases_of(reordered, left):
             case = replace(made.case, expect=Expectations(), plans=made.answers)
-            execution = task.tester.execute(case)
+            try:
+                execution = task.tester.execute(case)
+            except InputError:  # in the order of the model the run asks for other plans
+                continue
             if Merit.of((execution,)).beyond(before) & missing:
                 before = before.and_also(Merit.of((execution,)))
                 task.found.append(execution)
