@@ -148,7 +148,7 @@ class RequirementCloser:
         scope = replace(scope, watched=self._sentences.watched_together)
         judges = [name for name in RequestMonitor.judges if name in asked and self._model.resources]
         runs = None
-        if judges or scope.watched or BuiltIn.NON_BLOCKING.value in asked:
+        if judges or self._sentences.are_any or BuiltIn.NON_BLOCKING.value in asked:
             runs = self._explored(scope)
             self._judge_requests(runs, judges)
             self._sentences.decide(runs)

@@ -85,6 +85,11 @@ class SentenceDecisions:
         self._any_plans: AllRuns | None = None
 
     @property
+    def are_any(self) -> bool:
+        """Whether there are requirements to decide."""
+        return bool(self._requirements)
+
+    @property
     def watched_together(self) -> tuple[Predicate, ...]:
         """The predicates of the requirements that read nothing but what runs depend on anyway."""
         return _predicates(self._by_variables.get((), ()))

@@ -414,3 +414,19 @@ requirements:
     assert (found.status, decided(decisions, "opens").holds) == (RequirementStatus.VIOLATED, True)
     assert found.execution is not None
     assert found.execution.case.goal_names == "opened"
+
+
+def test_a_requirement_about_what_runs_do_not_depend_on_is_decided_where_nothing_else_is() -> None:
+    model = read_model(
+        """
+behavior_model: lamp
+variables: {lamp: {domain: [off, on], initial: off}, sign: {domain: [red, green], initial: red}}
+operations: {light: {pre: {g: lamp == off}, post: {g: true, a: [lamp <- on, sign <- green]}}}
+goals: {lit: lamp == on}
+runs: {goals: single}
+requirements: {red_first: lamp == on leads to sign == green, always_red: always sign == red}
+"""
+    )
+    decisions = decide(model)
+    assert decided(decisions, "red_first").holds
+    assert decided(decisions, "always_red").status is RequirementStatus.VIOLATED
