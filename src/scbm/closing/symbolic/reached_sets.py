@@ -80,6 +80,7 @@ class _Part(Struct, eq=False):
         inside: the moves that stay in it.
         leaving: the moves to the part without a current operation.
         entering: the moves from that part.
+        nodes: the number of nodes of the situations found, where they were counted last.
         seen: the situations of that part from which they were taken.
     """
 
@@ -90,6 +91,7 @@ class _Part(Struct, eq=False):
     inside: list[RunMove]
     leaving: list[RunMove]
     entering: list[RunMove]
+    nodes: int = 0
 
     def add(self, found: Diagram) -> None:
         """Add situations."""
@@ -175,11 +177,8 @@ class SetSearch:
                 return False
             rounds += 1
             forget_unused(moves.space.manager)
-            nodes = sum(part.reached.dag_size for part in parts)
+            nodes = sum(part.nodes for part in parts)
             self._progress(f"collecting all situations in a set: round {rounds}, {nodes:,} nodes")
-            if nodes > self._limits.nodes:
-                message = f"a decision diagram of all situations has more than {self._limits.nodes:,} nodes"
-                raise NoSetError(message)
             is_new = self._close(moves, idle) != nothing
             for part in others:
                 since, part.seen = idle.reached & ~part.seen, idle.reached
@@ -188,6 +187,7 @@ class SetSearch:
                     self._take(moves, part.entering, since, part)
                     self._take(moves, part.leaving, self._close(moves, part), idle)
                     self._close(moves, idle)
+                    self._refuse_beyond(sum(each.nodes for each in parts))
         return True
 
     def _parts(self, moves: RunMoves) -> list[_Part]:
@@ -222,7 +222,13 @@ class SetSearch:
             new, part.new = part.new, nothing
             found |= new
             self._take(moves, part.inside, new, part)
+            part.nodes = part.reached.dag_size
+            self._refuse_beyond(part.nodes)
         return found
+
+    def _refuse_beyond(self, nodes: int) -> None:
+        if nodes > self._limits.nodes:
+            raise NoSetError(f"a decision diagram of all situations has more than {self._limits.nodes:,} nodes")
 
     def _take(self, moves: RunMoves, some: Sequence[RunMove], situations: Diagram, target: _Part) -> None:
         """Take some moves one after the other, inside the target also from what those before have found."""
