@@ -1,4 +1,4 @@
-"""Goals over plain DDS, next to an action server of ros2-client on RustDDS, with a type that `.action` files define."""
+"""Goals over plain DDS, next to action servers of ros2-client on RustDDS, with types that `.action` files define."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from scbm.files import read_bindings, read_model
+from scbm.model import Resource
 from scbm.nodes.buses.bus import Bus, Topic
 from scbm.nodes.links.action_link import ActionLink
 from scbm.nodes.links.link import Correlation, LinkContext
@@ -43,11 +44,34 @@ resources:
     read_model(CELL),
 )
 
+NAVIGATION = read_bindings(
+    f"""
+bindings_of: gantry_cell
+interfaces: [{INTERFACES}]
+resources:
+  gantry:
+    action:
+      name: /navigate_to_pose
+      type: nav2_msgs/action/NavigateToPose
+      goal:
+        pose.header.frame_id: {{text: map}}
+        pose.pose.position.x: {{variable: order, values: {{{VALUES}}}}}
+        pose.pose.position.y: -0.5
+        pose.pose.orientation.w: 1.0
+        behavior_tree: {{text: tree.xml}}
+      succeeded: {{error_code: NONE}}
+      feedback:
+        zone: {{field: distance_remaining, ranges: {{near: ..5, far: 5..}}}}
+        order: {{field: current_pose.pose.position.x, ranges: {{0: ..5, 1: 5..}}}}
+""",
+    read_model(CELL.replace("publishes: [zone]", "publishes: [zone, order]")),
+)
+
 
 class Gantry:
     """Our link, and what comes through it."""
 
-    def __init__(self, bus: Bus, there: Peer) -> None:
+    def __init__(self, bus: Bus, there: Peer, resource: Resource) -> None:
         self.heard = Heard()
         self.fates: list[tuple[int, str]] = []
         self.warnings: list[str] = []
@@ -55,7 +79,7 @@ class Gantry:
         self.go = bus.publisher(Topic("/go"))
         self._counted = asyncio.Event()
         warn = self.warnings.append
-        self.link = ActionLink(LinkContext(bus, MODEL.resources[0], self.heard, warn, monotonic_ns, self._count))
+        self.link = ActionLink(LinkContext(bus, resource, self.heard, warn, monotonic_ns, self._count))
 
     def _count(self, request: Correlation, fate: GoalFate) -> None:
         self.fates.append((request.number, fate.value))
@@ -87,13 +111,22 @@ class Gantry:
         return [fate for one, fate in self.fates if one == number][-1]
 
 
-def play(domain: int, program: Path, story: Callable[[Gantry], Coroutine[Any, Any, None]]) -> None:
+def play(
+    domain: int,
+    program: Path,
+    story: Callable[[Gantry], Coroutine[Any, Any, None]],
+    kind: str = "gantry",
+    matched: str = "rt/go",
+) -> None:
+    """Play a story with one kind of action server, once it has found the endpoint of this topic of DDS."""
+    (resource,) = (MODEL if kind == "gantry" else NAVIGATION).resources
+
     async def scene(bus: Bus, _: BusCallbacks) -> None:
-        with peer(program, domain, "gantry") as there:
+        with peer(program, domain, kind) as there:
             await asyncio.to_thread(there.says, "ready")
-            gantry = Gantry(bus, there)
+            gantry = Gantry(bus, there, resource)
             await gantry.heard.until(lambda: gantry.link.is_there)
-            await gantry.says("matched rt/go")
+            await gantry.says(f"matched {matched}")
             await story(gantry)
 
     over_bus(domain, scene)
@@ -149,3 +182,28 @@ def test_a_killed_server_gives_no_reply_and_the_next_one_gets_the_next_goal(
         assert gantry.heard.numbers() == [(2, True)]
 
     play(domain, ros2_peer_program, story)
+
+
+def test_goals_of_nav2_end_as_their_server_decides(domain: int, ros2_peer_program: Path) -> None:
+    async def story(gantry: Gantry) -> None:
+        gantry.send(1, 3)
+        await gantry.says("goal 3 -0.5 map 1 tree.xml", "end 3 Succeeded")
+        assert await gantry.replies(1)
+        gantry.send(2, 10)
+        assert not await gantry.replies(2)
+        gantry.send(3, 11)  # status SUCCEEDED, but another error code
+        assert not await gantry.replies(3)
+        gantry.send(4, 20)
+        await gantry.heard.until(lambda: len(gantry.heard.values) == 4)
+        gantry.cancel(4)
+        assert await gantry.is_over(4) == "cancelled"
+        await gantry.says("end 20 Canceled")
+        measured = [dict(each.values) for _, each in gantry.heard.values]
+        assert [each["zone"] for each in measured[:4]] == ["near", "far", "far", "far"]
+        assert [each["order"] for each in measured[:4]] == [0, 1, 1, 1]
+        assert gantry.fates[:6] == [
+            (1, "accepted"), (1, "succeeded"), (2, "accepted"), (2, "aborted"), (3, "accepted"), (3, "succeeded"),
+        ]  # fmt: skip
+        assert gantry.warnings == []
+
+    play(domain, ros2_peer_program, story, "navigator", "rt/navigate_to_pose/_action/feedback")

@@ -10,25 +10,28 @@
 //!   call NAME            a service, std_srvs/srv/Trigger: for each message of /scanner/request, "probe" or so many calls;
 //!                        only for the latter it awaits the responses
 //!   gantry               an action server, /gantry: see trajectories.rs
+//!   navigator            an action server, /navigate_to_pose: see navigation.rs
 //!
-//! `driver`, `call` and `gantry` say `matched TOPIC` for each topic of DDS on which they and another node have found each other.
+//! All but `nodes` say `matched TOPIC` for each topic of DDS on which they and another node have found each other.
 //! What they send then is heard a moment later: volatile readers of Cyclone DDS drop what comes from other vendors before
 //! the first heartbeat that is meant for them.
 
+mod navigation;
 mod trajectories;
 
 use std::{env, net::Ipv4Addr, pin::pin};
 
 use futures::{executor::block_on, join, StreamExt};
 use ros2_client::{
+    action::{ActionServerQosPolicies, AsyncActionServer},
     dds::rustdds::{
         DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent as Event,
         StatusEvented, Topic,
     },
     entities_info::ParticipantEntitiesInfo,
     qos::{Durability, History, WhenFull},
-    Client, Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher,
-    QosProfile, Server, ServiceMapping, ServiceTypeName, Subscription,
+    ActionTypeName, Client, Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions,
+    Publisher, QosProfile, Server, ServiceMapping, ServiceTypeName, Subscription,
 };
 use serde::{Deserialize, Serialize};
 
@@ -150,6 +153,31 @@ impl Peer {
                 reliable(),
             )
             .expect(service)
+    }
+
+    fn action_server<G, R, F>(
+        &mut self,
+        action: &str,
+        package: &str,
+        type_name: &str,
+    ) -> AsyncActionServer<G, R, F>
+    where
+        G: Message + Clone + 'static,
+        R: Message + Clone + 'static,
+        F: Message + 'static,
+    {
+        let qos = ActionServerQosPolicies {
+            goal_service: reliable(),
+            result_service: reliable(),
+            cancel_service: reliable(),
+            feedback_publisher: reliable(),
+            status_publisher: latched(),
+        };
+        let kind = ActionTypeName::new(package, type_name);
+        let made =
+            self.node
+                .create_action_server(ServiceMapping::Cyclone, &name(action), &kind, qos);
+        AsyncActionServer::new(made.expect(action))
     }
 
     // Waiting for services as ros2-client does takes its events from a queue of eight, and hangs if they are more.
@@ -299,6 +327,9 @@ fn main() {
         ["--domain", domain, "driver"] => block_on(driver(Peer::new(number(domain)))),
         ["--domain", domain, "call", service] => block_on(call(Peer::new(number(domain)), service)),
         ["--domain", domain, "gantry"] => block_on(trajectories::serve(Peer::new(number(domain)))),
-        _ => panic!("usage: ros2_peer --domain N nodes NAME... | driver | call NAME | gantry"),
+        ["--domain", domain, "navigator"] => block_on(navigation::serve(Peer::new(number(domain)))),
+        _ => panic!(
+            "usage: ros2_peer --domain N nodes NAME... | driver | call NAME | gantry | navigator"
+        ),
     }
 }

@@ -5,24 +5,21 @@
 use std::{iter, pin::pin};
 
 use futures::{join, StreamExt};
-use ros2_client::{
-    action::{ActionServerQosPolicies, AsyncActionServer, GoalEndStatus},
-    ActionTypeName, Message, MessageTypeName, ServiceMapping,
-};
+use ros2_client::{action::GoalEndStatus, Message, MessageTypeName};
 use serde::{Deserialize, Serialize};
 
-use crate::{latched, name, reliable, Peer};
+use crate::{name, reliable, Peer};
 
 #[derive(Clone, Default, Serialize, Deserialize)]
-struct Time {
-    sec: i32,
-    nanosec: u32,
+pub struct Time {
+    pub sec: i32,
+    pub nanosec: u32,
 }
 
 #[derive(Clone, Default, Serialize, Deserialize)]
-struct Header {
-    stamp: Time,
-    frame_id: String,
+pub struct Header {
+    pub stamp: Time,
+    pub frame_id: String,
 }
 
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -99,21 +96,11 @@ impl Message for Outcome {}
 impl Message for Feedback {}
 
 pub async fn serve(mut peer: Peer) {
-    let qos = ActionServerQosPolicies {
-        goal_service: reliable(),
-        result_service: reliable(),
-        cancel_service: reliable(),
-        feedback_publisher: reliable(),
-        status_publisher: latched(),
-    };
-    let kind = ActionTypeName::new("control_msgs", "FollowJointTrajectory");
-    let made = peer.node.create_action_server::<Goal, Outcome, Feedback>(
-        ServiceMapping::Cyclone,
-        &name("/gantry"),
-        &kind,
-        qos,
+    let server = peer.action_server::<Goal, Outcome, Feedback>(
+        "/gantry",
+        "control_msgs",
+        "FollowJointTrajectory",
     );
-    let server = AsyncActionServer::new(made.expect("an action server"));
     let go = peer.subscription::<String>("/go", "String", reliable());
     let kind = MessageTypeName::new("trajectory_msgs", "JointTrajectoryPoint");
     let topic = peer.node.create_topic(&name("/points"), kind, &reliable());
