@@ -5,18 +5,26 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass, field
+from math import nan
 from time import monotonic_ns
 from typing import Any, TypeAlias
 from uuid import UUID
 
 import pytest
+from msgspec.structs import replace
 
+from scbm.files import read_model
+from scbm.model import Reference, Resource
+from scbm.nodes.bindings.ros_binding import ActionCall, Interval, Reading, RosBinding, binding_of
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.links.action_link import ActionLink
 from scbm.nodes.links.goals import GoalStatus, goal_id
 from scbm.nodes.links.link import Correlation, LinkContext
+from scbm.nodes.links.measured_topics import Refusals
+from scbm.nodes.types.definitions import ActionDefinition, ListShape, MessageDefinition, Primitive
+from scbm.running import Program
 from support.action_servers import ActionServer
-from support.fibonacci import FIBONACCI, GANTRY
+from support.fibonacci import CELL, FIBONACCI, GANTRY, INT, path
 from support.hearing import Heard
 from support.loops import run
 from support.wording import Wording
@@ -27,6 +35,7 @@ class Scene:
     """A link and its server."""
 
     hub: LoopbackHub = field(default_factory=LoopbackHub)
+    resource: Resource = GANTRY
     within_s: float = 10.0
     heard: Heard = field(default_factory=Heard)
     complaints: list[str] = field(default_factory=list)
@@ -34,9 +43,11 @@ class Scene:
 
     def __post_init__(self) -> None:
         self.bus: LoopbackBus = self.hub.join("driver")
-        self.server = ActionServer(self.bus, "/fibonacci", FIBONACCI)
+        binding = binding_of(self.resource).requests
+        assert isinstance(binding, ActionCall)
+        self.server = ActionServer(self.bus, binding.name, binding.type)
         context = LinkContext(
-            self.hub.join("controller"), GANTRY, self.heard, self.complaints.append, monotonic_ns,
+            self.hub.join("controller"), self.resource, self.heard, self.complaints.append, monotonic_ns,
             lambda request, fate: self.fates.append((request.number, fate.value)), lambda _: self.within_s,
         )  # fmt: skip
         self.link = ActionLink(context)
@@ -66,9 +77,9 @@ async def settled() -> None:
         await asyncio.sleep(0)
 
 
-def play(story: Story) -> Scene:
+def play(story: Story, resource: Resource = GANTRY) -> Scene:
     async def scenario() -> Scene:
-        scene = Scene()
+        scene = Scene(resource=resource)
         await settled()
         await story(scene)
         await settled()
@@ -374,3 +385,85 @@ def test_several_servers_are_reported(wording: Wording) -> None:
         assert scene.server.goals == {}
 
     wording("".join(f"{each}\n" for each in play(story).complaints))
+
+
+NUMBERS = (("numbers", ListShape(Primitive("float64"))),)
+SCAN = ActionDefinition(
+    "my_robot/action/Scan",
+    MessageDefinition("my_robot/action/Scan_Goal", (("order", INT),)),
+    MessageDefinition("my_robot/action/Scan_Result", NUMBERS),
+    MessageDefinition("my_robot/action/Scan_Feedback", NUMBERS),
+)
+
+
+def scanner(element: int, *, has_ranges: bool = True) -> Resource:
+    """A resource that measures its zone by one element of a list, in feedback and in results."""
+    ranges = (("near", Interval(None, 3.0)), ("far", Interval(3.0, None))) if has_ranges else ()
+    meanings = () if has_ranges else ((1.0, "near"), (7.0, "far"))
+    result, feedback = (
+        (Reading("zone", path(part, f"numbers[{element}]"), ranges, meanings),) for part in (SCAN.result, SCAN.feedback)
+    )
+    goal = ((path(SCAN.goal, "order"), Reference("shelf")),)
+    call = ActionCall("/scan", SCAN, goal=goal, succeeded=(), measured=result, feedback=feedback)
+    return Resource("gantry", ("shelf",), ("zone",), binding=RosBinding({}, call))
+
+
+@pytest.mark.parametrize("has_ranges", [True, False])
+def test_what_is_no_number_is_refused_with_the_reason(has_ranges: bool, wording: Wording) -> None:  # noqa: FBT001 - a case
+    resource = scanner(0, has_ranges=has_ranges)
+
+    async def story(scene: Scene) -> None:
+        which = await scene.send(1)
+        scene.server.feed_back(which, numbers=[nan])
+        scene.server.feed_back(which, numbers=[])
+        await settled()
+        scene.server.end(which, GoalStatus.SUCCEEDED, numbers=[nan])
+
+    scene = play(story, resource)
+    assert scene.heard.numbers() == [(1, True)]
+    changes = [measured.values for _, measured in scene.heard.values]
+    changes += [reply.measured for _, reply in scene.heard.replies]
+    warnings: list[str] = []
+    for each in changes:
+        program = Program(replace(read_model(CELL), resources=(resource,)))
+        Refusals(program, warnings.append).look("gantry", each, ("zone",))
+    wording("".join(f"{each}\n" for each in warnings) + "".join(f"{each}\n" for each in scene.complaints))
+
+
+@pytest.mark.longer
+def test_the_last_of_a_million_elements_is_measured() -> None:
+    async def story(scene: Scene) -> None:
+        which = await scene.send(1)
+        scene.server.feed_back(which, numbers=[9.0] * 999_999 + [1.0])
+        await settled()
+        scene.server.end(which, GoalStatus.SUCCEEDED, numbers=[1.0] * 999_999 + [9.0])
+
+    scene = play(story, scanner(999_999))
+    assert [measured.values for _, measured in scene.heard.values] == [(("zone", "near"),)]
+    assert [(reply.succeeded, reply.measured) for _, reply in scene.heard.replies] == [(True, (("zone", "far"),))]
+
+
+@pytest.mark.parametrize("other", [UUID(int=0), UUID(int=7)])
+def test_an_unknown_goal_changes_nothing_for_the_own_one_and_keeps_the_next_one_waiting(other: UUID) -> None:
+    async def story(scene: Scene) -> None:
+        first = await scene.send(1)
+        scene.server.has(other, GoalStatus.ABORTED)
+        scene.server.has(other, GoalStatus.EXECUTING)
+        await settled()
+        scene.server.feed_back(other, sequence=[9])
+        scene.server.feed_back(first, sequence=[1])
+        await settled()
+        why = scene.link.why_unmatched()
+        assert why is not None
+        assert f"busy with goal {other} of another program" in why.why
+        await scene.end(first, GoalStatus.SUCCEEDED, 0, 5)
+        await scene.send(2)
+        assert list(scene.server.goals) == [first]
+        scene.server.has(other, GoalStatus.CANCELED)
+        await settled()
+        assert len(scene.server.goals) == 2
+
+    scene = play(story)
+    assert [measured.values for _, measured in scene.heard.values] == [(("zone", "near"),)]
+    assert scene.heard.numbers() == [(1, True)]
+    assert (scene.server.cancels, scene.complaints) == ([], [])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+import tracemalloc
 from itertools import product
 from random import Random
 from types import SimpleNamespace
@@ -187,10 +188,17 @@ def test_bytes_that_are_no_message_are_refused(definition: MessageDefinition, pa
         codec_of(definition).decode(payload)
 
 
+@pytest.mark.longer
 def test_a_list_of_a_million_numbers_is_read() -> None:
     numbers = list(map(float, range(1_000_000)))
     payload = HEADER + struct.pack("<Ixxxx1000000d", 1_000_000, *numbers)
-    assert codec_of(several(Primitive("float64"))).decode(payload).x == numbers
+    tracemalloc.start()
+    try:
+        read = codec_of(several(Primitive("float64"))).decode(payload)
+        assert tracemalloc.get_traced_memory()[1] < 6 * len(payload)
+    finally:
+        tracemalloc.stop()
+    assert read.x == numbers
 
 
 def test_any_cut_of_a_message_is_refused_or_read() -> None:
