@@ -47,13 +47,13 @@ class Cell:
         return await run_or_lose(self.tester, Tester(MODEL), read_case(f"case: lifts\ngoal: done\n{more}", MODEL))
 
     def beside(self, work: Coroutine[Any, Any, T]) -> asyncio.Task[T]:
-        """Let something happen beside the story, at most until its end."""
+        """Begin a coroutine that runs until it ends, or until the test does."""
         task = self.loop.create_task(work)
         self.tasks.append(task)
         return task
 
     async def close(self) -> None:
-        """Cancel what goes on beside the story; raise what has failed there."""
+        """Cancel the coroutines that still run; raise the error of one that has failed."""
         for task in self.tasks:
             task.cancel()
         for result in await asyncio.gather(*self.tasks, return_exceptions=True):
