@@ -21,10 +21,24 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+class HeardSearches(ObligationSearches):
+    """Searches that can be waited for: `was_ended` is set as soon as a page has ended its own."""
+
+    def __init__(self, model: Path) -> None:
+        super().__init__(model)
+        self.was_ended = threading.Event()
+
+    def end(self, *pages: str) -> dict[str, Any]:
+        ended = super().end(*pages)
+        self.was_ended.set()
+        return ended
+
+
 class ServedConsole(NamedTuple):
     """A console, its address, and the text that it begins with."""
 
     worker: ModelWorker
+    searches: HeardSearches
     address: str
     text: str
 
@@ -49,13 +63,14 @@ def served(
     listener = socket.create_server(("127.0.0.1", 0))
     port = listener.getsockname()[1]
     worker, saver = ModelWorker(model), CaseSaver(folder or model.parent / "cases", model)
+    searches = HeardSearches(model)
     beginning = {"text": text, "stored": stored or (), "has_store": stored is not None, "folder": ""}
-    app = console_app(Console(worker, saver, ObligationSearches(model), "token", beginning), port)
+    app = console_app(Console(worker, saver, searches, "token", beginning), port)
     server = uvicorn.Server(uvicorn.Config(app, log_level="critical", ws="none", timeout_graceful_shutdown=1))
     thread = threading.Thread(target=server.run, args=([listener],))
     thread.start()
     try:
-        yield ServedConsole(worker, f"http://127.0.0.1:{port}/#token", text)
+        yield ServedConsole(worker, searches, f"http://127.0.0.1:{port}/#token", text)
     finally:
         server.should_exit = True
         thread.join()

@@ -44,7 +44,7 @@ let newest = 0; // the number of the last request for a run: older answers are n
 async function post(name, body = {}) {
   let response;
   try {
-    response = await fetch(`/${name}`, { method: "POST", headers: { "X-Scbm-Token": token }, body: JSON.stringify({ page, ...body }) });
+    response = await fetch(`/${name}`, { method: "POST", headers: { "X-Scbm-Token": token }, body: JSON.stringify({ page, ...body }), keepalive: name === "search_end" });
   } catch {
     note("gone", "The server has ended. Start `scbm console` again, and copy the text of the case into its page.");
     throw new Error("no server");
@@ -424,6 +424,7 @@ async function begin() {
   byId("save").addEventListener("submit", save);
   byId("search").addEventListener("submit", search);
   byId("cancel").addEventListener("click", () => post("search_end"));
+  addEventListener("pagehide", () => post("search_end"));
   byId("operation").addEventListener("change", () => select(kept.record));
   byId("cells").addEventListener("click", ({ target }) => { if (target.title) byId("obligation").value = target.title; });
   byId("state").addEventListener("click", ({ target }) => {

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+MOST_SEARCHES = 4
+"""How many searches a console does at once, one for each page: each needs a core."""
+
+
 class _Search:
     """A process that looks for one case."""
 
@@ -53,7 +57,7 @@ def _text(stream: IO[bytes]) -> str:
 
 
 class ObligationSearches:
-    """The present searches of a console: at most one for each page."""
+    """The present searches of a console: at most one for each page, and `MOST_SEARCHES`; one more ends the oldest."""
 
     def __init__(self, model: Path) -> None:
         self._model = model
@@ -64,6 +68,8 @@ class ObligationSearches:
         """Look for a case that visits an obligation, instead of what the page looked for before."""
         self.end(page)
         with self._turn:
+            if len(self._searches) == MOST_SEARCHES:
+                self._searches.pop(next(iter(self._searches))).end()
             self._searches[page] = _Search(self._model, obligation)
             return self._searches[page].state()
 
