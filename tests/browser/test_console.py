@@ -215,7 +215,7 @@ def test_show_me_opens_a_case_or_says_why_there_is_none(open_page: Callable[...,
     expect(page.locator("#found")).not_to_be_empty()
     console.searches.was_ended.clear()
     page.reload()
-    assert console.searches.was_ended.wait(PAGE_GUARD_S)  # nobody waits any more for what was looked for
+    assert console.searches.was_ended.wait(PAGE_GUARD_S)  # else the search runs on unseen
 
 
 def test_each_of_two_pages_gets_its_own_case(open_page: Callable[..., Page], console: ServedConsole) -> None:
