@@ -122,5 +122,5 @@ def test_the_example_behaves_over_dds_as_in_simulation(domain: int, ros2_peer_pr
         gantry.says("ready")
         driver.says("ready")
         assert_as_simulated(start, AT_RUST, tmp_path, "dds")
-        gantry.says("goal 1 x")
+        gantry.says("goal 1", "fields x")
         driver.says("responded")

@@ -9,6 +9,7 @@ from time import monotonic_ns
 from typing import Any
 
 import pytest
+from msgspec import Struct
 
 from scbm.files import read_bindings, read_model
 from scbm.model import Resource
@@ -25,14 +26,35 @@ from support.ros2_peers import ros2_peer_program as ros2_peer_program  # noqa: P
 pytestmark = [pytest.mark.peer, pytest.mark.slow]
 
 VALUES = ", ".join(f"{number}: {number}.0" for number in range(101))
-MODEL = read_bindings(
+
+
+class Kind(Struct, frozen=True):
+    """A type of action at the peer, and a resource that is bound to it.
+
+    Attributes:
+        argument: the argument of the peer.
+        action: the name of the action.
+        request: the other keys of the binding, in YAML.
+        fields: what the peer prints of each goal.
+    """
+
+    argument: str
+    action: str
+    request: str
+    fields: str
+
+    def resource(self) -> Resource:
+        """The bound resource."""
+        head = f"bindings_of: gantry_cell\ninterfaces: [{INTERFACES}]\nresources:\n  gantry:\n    action:\n"
+        text = f"{head}      name: {self.action}{self.request}"
+        (resource,) = read_bindings(text, read_model(CELL)).resources
+        return resource
+
+
+TRAJECTORIES = Kind(
+    "gantry",
+    "/gantry",
     f"""
-bindings_of: gantry_cell
-interfaces: [{INTERFACES}]
-resources:
-  gantry:
-    action:
-      name: /gantry
       type: control_msgs/action/FollowJointTrajectory
       goal:
         trajectory.joint_names: [{{text: x}}, {{text: y}}]
@@ -41,17 +63,12 @@ resources:
       succeeded: {{error_code: SUCCESSFUL}}
       feedback: {{zone: {{field: "actual.positions[0]", ranges: {{near: ..5, far: 5..}}}}}}
 """,
-    read_model(CELL),
+    "x y",
 )
-
-NAVIGATION = read_bindings(
+NAVIGATION = Kind(
+    "navigator",
+    "/navigate_to_pose",
     f"""
-bindings_of: gantry_cell
-interfaces: [{INTERFACES}]
-resources:
-  gantry:
-    action:
-      name: /navigate_to_pose
       type: nav2_msgs/action/NavigateToPose
       goal:
         pose.header.frame_id: {{text: map}}
@@ -60,12 +77,17 @@ resources:
         pose.pose.orientation.w: 1.0
         behavior_tree: {{text: tree.xml}}
       succeeded: {{error_code: NONE}}
-      feedback:
-        zone: {{field: distance_remaining, ranges: {{near: ..5, far: 5..}}}}
-        order: {{field: current_pose.pose.position.x, ranges: {{0: ..5, 1: 5..}}}}
+      feedback: {{zone: {{field: distance_remaining, ranges: {{near: ..2.5, far: 2.5..}}}}}}
 """,
-    read_model(CELL.replace("publishes: [zone]", "publishes: [zone, order]")),
+    "map -0.5 1 tree.xml",
 )
+
+
+@pytest.fixture(params=[TRAJECTORIES, NAVIGATION], ids=["trajectories", "navigation"])
+def kind(request: pytest.FixtureRequest) -> Kind:
+    """A type of action at the peer."""
+    found: Kind = request.param
+    return found
 
 
 class Gantry:
@@ -111,30 +133,24 @@ class Gantry:
         return [fate for one, fate in self.fates if one == number][-1]
 
 
-def play(
-    domain: int,
-    program: Path,
-    story: Callable[[Gantry], Coroutine[Any, Any, None]],
-    kind: str = "gantry",
-    matched: str = "rt/go",
-) -> None:
-    """Play a story with one kind of action server, once it has found the endpoint of this topic of DDS."""
-    (resource,) = (MODEL if kind == "gantry" else NAVIGATION).resources
+def play(domain: int, program: Path, kind: Kind, story: Callable[[Gantry], Coroutine[Any, Any, None]]) -> None:
+    """Play a story with an action server, once it has found our endpoints for messages both ways."""
 
     async def scene(bus: Bus, _: BusCallbacks) -> None:
-        with peer(program, domain, kind) as there:
+        with peer(program, domain, kind.argument) as there:
             await asyncio.to_thread(there.says, "ready")
-            gantry = Gantry(bus, there, resource)
+            gantry = Gantry(bus, there, kind.resource())
             await gantry.heard.until(lambda: gantry.link.is_there)
-            await gantry.says(f"matched {matched}")
+            await gantry.says("matched rt/go", f"matched rt{kind.action}/_action/feedback")
             await story(gantry)
 
     over_bus(domain, scene)
 
 
-def test_each_goal_ends_as_its_server_decides(domain: int, ros2_peer_program: Path) -> None:
+def test_each_goal_ends_as_its_server_decides(domain: int, ros2_peer_program: Path, kind: Kind) -> None:
     async def story(gantry: Gantry) -> None:
         gantry.send(1, 3)
+        await gantry.says("goal 3", f"fields {kind.fields}", "end 3 Succeeded")
         assert await gantry.replies(1)
         gantry.send(2, 100)
         assert not await gantry.replies(2)
@@ -142,68 +158,46 @@ def test_each_goal_ends_as_its_server_decides(domain: int, ros2_peer_program: Pa
         assert not await gantry.replies(3)
         gantry.send(4, 11)  # status SUCCEEDED, but another error code
         assert not await gantry.replies(4)
+        assert gantry.fates == [
+            (1, "accepted"), (1, "succeeded"), (2, "rejected"), (3, "accepted"), (3, "aborted"), (4, "accepted"),
+            (4, "succeeded"),
+        ]  # fmt: skip
         gantry.send(5, 20)
-        await gantry.says("goal 20 x y")
         await gantry.heard.until(lambda: len(gantry.heard.values) == 4)
         gantry.cancel(5)
         assert await gantry.is_over(5) == "cancelled"
         gantry.send(7, 60)
-        await gantry.says("goal 60 x y")
-        gantry.cancel(7)
+        await gantry.says("goal 60")
+        gantry.cancel(7)  # before it is accepted
         gantry.go.publish({"data": "go"})
         assert await gantry.is_over(7) == "cancelled"
         gantry.send(9, 80)
-        await gantry.says("goal 80 x y")
+        await gantry.says("goal 80")
         gantry.cancel(9)
         await gantry.until_counted(9, "cancel_refused")
         gantry.go.publish({"data": "go"})
         assert await gantry.is_over(9) == "succeeded"
         gantry.send(11, 90)
-        await gantry.says("goal 90 x y")
+        await gantry.says("goal 90")
         gantry.cancel(11)
         assert await gantry.is_over(11) == "succeeded"
         assert [measured.values[0][1] for _, measured in gantry.heard.values[:4]] == ["near", "far", "far", "far"]
         assert len(gantry.warnings) == 1
 
-    play(domain, ros2_peer_program, story)
+    play(domain, ros2_peer_program, kind, story)
 
 
 def test_a_killed_server_gives_no_reply_and_the_next_one_gets_the_next_goal(
-    domain: int, ros2_peer_program: Path
+    domain: int, ros2_peer_program: Path, kind: Kind
 ) -> None:
     async def story(gantry: Gantry) -> None:
         gantry.send(1, 20)
-        await gantry.says("goal 20 x y")
+        await gantry.says("goal 20")
         gantry.there.kill()
         await gantry.heard.until(lambda: not gantry.link.is_there)
-        with peer(ros2_peer_program, domain, "gantry"):
+        with peer(ros2_peer_program, domain, kind.argument):
             gantry.send(2, 3)
             assert await gantry.replies(2)
         assert gantry.heard.numbers() == [(2, True)]
 
-    play(domain, ros2_peer_program, story)
-
-
-def test_goals_of_nav2_end_as_their_server_decides(domain: int, ros2_peer_program: Path) -> None:
-    async def story(gantry: Gantry) -> None:
-        gantry.send(1, 3)
-        await gantry.says("goal 3 -0.5 map 1 tree.xml", "end 3 Succeeded")
-        assert await gantry.replies(1)
-        gantry.send(2, 10)
-        assert not await gantry.replies(2)
-        gantry.send(3, 11)  # status SUCCEEDED, but another error code
-        assert not await gantry.replies(3)
-        gantry.send(4, 20)
-        await gantry.heard.until(lambda: len(gantry.heard.values) == 4)
-        gantry.cancel(4)
-        assert await gantry.is_over(4) == "cancelled"
-        await gantry.says("end 20 Canceled")
-        measured = [dict(each.values) for _, each in gantry.heard.values]
-        assert [each["zone"] for each in measured[:4]] == ["near", "far", "far", "far"]
-        assert [each["order"] for each in measured[:4]] == [0, 1, 1, 1]
-        assert gantry.fates[:6] == [
-            (1, "accepted"), (1, "succeeded"), (2, "accepted"), (2, "aborted"), (3, "accepted"), (3, "succeeded"),
-        ]  # fmt: skip
-        assert gantry.warnings == []
-
-    play(domain, ros2_peer_program, story, "navigator", "rt/navigate_to_pose/_action/feedback")
+    play(domain, ros2_peer_program, kind, story)

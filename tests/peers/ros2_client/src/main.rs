@@ -9,14 +9,15 @@
 //!                          /scanner/sees             std_msgs/msg/Bool, latched
 //!   call NAME            a service, std_srvs/srv/Trigger: for each message of /scanner/request, "probe" or so many calls;
 //!                        only for the latter it awaits the responses
-//!   gantry               an action server, /gantry: see trajectories.rs
-//!   navigator            an action server, /navigate_to_pose: see navigation.rs
+//!   gantry               an action server, /gantry: see scripted.rs and trajectories.rs
+//!   navigator            an action server, /navigate_to_pose: see scripted.rs and navigation.rs
 //!
 //! All but `nodes` say `matched TOPIC` for each topic of DDS on which they and another node have found each other.
 //! What they send then is heard a moment later: volatile readers of Cyclone DDS drop what comes from other vendors before
 //! the first heartbeat that is meant for them.
 
 mod navigation;
+mod scripted;
 mod trajectories;
 
 use std::{env, net::Ipv4Addr, pin::pin};
@@ -326,8 +327,15 @@ fn main() {
         }
         ["--domain", domain, "driver"] => block_on(driver(Peer::new(number(domain)))),
         ["--domain", domain, "call", service] => block_on(call(Peer::new(number(domain)), service)),
-        ["--domain", domain, "gantry"] => block_on(trajectories::serve(Peer::new(number(domain)))),
-        ["--domain", domain, "navigator"] => block_on(navigation::serve(Peer::new(number(domain)))),
+        ["--domain", domain, "gantry"] => {
+            let mut peer = Peer::new(number(domain));
+            let script = trajectories::Trajectories::new(&mut peer);
+            block_on(scripted::serve(peer, script))
+        }
+        ["--domain", domain, "navigator"] => {
+            let peer = Peer::new(number(domain));
+            block_on(scripted::serve(peer, navigation::Navigation))
+        }
         _ => panic!(
             "usage: ros2_peer --domain N nodes NAME... | driver | call NAME | gantry | navigator"
         ),

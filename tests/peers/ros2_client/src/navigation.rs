@@ -1,16 +1,11 @@
-//! An action server of nav2_msgs/action/NavigateToPose. The x of a goal says what becomes of it: from 20 on it is active
-//! until its cancellation is asked for, which it takes; 10 is aborted with an error code, others succeed. The feedback is
-//! the pose of the goal.
+//! nav2_msgs/action/NavigateToPose: the x of a goal says what becomes of it, and the feedback is its pose.
 
-use std::iter;
-
-use futures::join;
-use ros2_client::{action::GoalEndStatus, Message};
+use ros2_client::Message;
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    scripted::Script,
     trajectories::{Header, Time},
-    Peer,
 };
 
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -41,19 +36,19 @@ struct PoseStamped {
 }
 
 #[derive(Clone, Serialize, Deserialize)]
-struct Goal {
+pub struct Goal {
     pose: PoseStamped,
     behavior_tree: String,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
-struct Outcome {
+pub struct Outcome {
     error_code: u16,
     error_msg: String,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
-struct Feedback {
+pub struct Feedback {
     current_pose: PoseStamped,
     navigation_time: Time,
     estimated_time_remaining: Time,
@@ -65,56 +60,43 @@ impl Message for Goal {}
 impl Message for Outcome {}
 impl Message for Feedback {}
 
-pub async fn serve(mut peer: Peer) {
-    let server = peer.action_server::<Goal, Outcome, Feedback>(
-        "/navigate_to_pose",
-        "nav2_msgs",
-        "NavigateToPose",
-    );
-    println!("ready");
-    let work = async {
-        loop {
-            let new = server.receive_new_goal().await.expect("a goal");
-            let goal = server.get_new_goal(new.clone()).expect("the goal");
-            let (frame, to) = (&goal.pose.header.frame_id, &goal.pose.pose);
-            let x = to.position.x;
-            println!(
-                "goal {x} {} {frame} {} {}",
-                to.position.y, to.orientation.w, goal.behavior_tree
-            );
-            let accepted = server.accept_goal(new).await.expect("an acceptance");
-            let sent = server.start_executing_goal(accepted).await.expect("a goal");
-            let feedback = Feedback {
-                current_pose: goal.pose.clone(),
-                navigation_time: Time::default(),
-                estimated_time_remaining: Time::default(),
-                number_of_recoveries: -1,
-                distance_remaining: x as f32 / 2.0,
-            };
-            let published = server.publish_feedback(sent.clone(), feedback).await;
-            assert!(published.is_ok(), "feedback");
-            let mut end = GoalEndStatus::Succeeded;
-            if x == 10.0 {
-                end = GoalEndStatus::Aborted;
-            } else if x >= 20.0 {
-                let asked = server.receive_cancel_request().await.expect("a request");
-                let ids = iter::once(sent.goal_id());
-                let taken = server.respond_to_cancel_requests(&asked, ids);
-                taken.await.expect("a response");
-                end = GoalEndStatus::Canceled;
-            }
-            println!("end {x} {end:?}");
-            let outcome = Outcome {
-                error_code: match x {
-                    10.0 => 9003,
-                    11.0 => 9002,
-                    _ => 0,
-                },
-                error_msg: "ü".into(),
-            };
-            let sent = server.send_result_response(sent, end, outcome).await;
-            sent.expect("a result");
+pub struct Navigation;
+
+impl Script for Navigation {
+    type Goal = Goal;
+    type Outcome = Outcome;
+    type Feedback = Feedback;
+
+    const ACTION: [&'static str; 3] = ["/navigate_to_pose", "nav2_msgs", "NavigateToPose"];
+
+    fn number(goal: &Goal) -> f64 {
+        goal.pose.pose.position.x
+    }
+
+    fn fields(goal: &Goal) -> String {
+        let (frame, to) = (&goal.pose.header.frame_id, &goal.pose.pose);
+        let (y, w) = (to.position.y, to.orientation.w);
+        format!("{frame} {y} {w} {}", goal.behavior_tree)
+    }
+
+    fn feedback(goal: &Goal) -> Feedback {
+        Feedback {
+            current_pose: goal.pose.clone(),
+            navigation_time: Time::default(),
+            estimated_time_remaining: Time::default(),
+            number_of_recoveries: -1,
+            distance_remaining: Self::number(goal) as f32 / 2.0,
         }
-    };
-    join!(work, peer.tell_matches());
+    }
+
+    fn outcome(number: f64) -> Outcome {
+        Outcome {
+            error_code: match number {
+                10.0 => 9003,
+                11.0 => 9002,
+                _ => 0,
+            },
+            error_msg: "ü".into(),
+        }
+    }
 }

@@ -1,14 +1,10 @@
-//! An action server of control_msgs/action/FollowJointTrajectory; /points has the point of each goal. The first position of a goal says what becomes of it:
-//! from 100 on it is rejected; from 20 on it is active until its cancellation is asked for, which 90 ignores and the others
-//! take; 80 refuses it, and is active until a message of /go; 60 is accepted only after one. 10 is aborted, others succeed.
+//! control_msgs/action/FollowJointTrajectory: the first position of a goal says what becomes of it, and is the feedback;
+//! /points has the point of each goal.
 
-use std::{iter, pin::pin};
-
-use futures::{join, StreamExt};
-use ros2_client::{action::GoalEndStatus, Message, MessageTypeName};
+use ros2_client::{Message, MessageTypeName, Publisher};
 use serde::{Deserialize, Serialize};
 
-use crate::{name, reliable, Peer};
+use crate::{name, reliable, scripted::Script, Peer};
 
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub struct Time {
@@ -61,7 +57,7 @@ struct ComponentTolerance {
 }
 
 #[derive(Clone, Serialize, Deserialize)]
-struct Goal {
+pub struct Goal {
     trajectory: Trajectory<Point>,
     multi_dof_trajectory: Trajectory<MultiPoint>,
     path_tolerance: Vec<Tolerance>,
@@ -72,13 +68,13 @@ struct Goal {
 }
 
 #[derive(Clone, Serialize, Deserialize)]
-struct Outcome {
+pub struct Outcome {
     error_code: i32,
     error_string: String,
 }
 
 #[derive(Clone, Default, Serialize, Deserialize)]
-struct Feedback {
+pub struct Feedback {
     header: Header,
     joint_names: Vec<String>,
     desired: Point,
@@ -95,69 +91,47 @@ impl Message for Goal {}
 impl Message for Outcome {}
 impl Message for Feedback {}
 
-pub async fn serve(mut peer: Peer) {
-    let server = peer.action_server::<Goal, Outcome, Feedback>(
-        "/gantry",
-        "control_msgs",
-        "FollowJointTrajectory",
-    );
-    let go = peer.subscription::<String>("/go", "String", reliable());
-    let kind = MessageTypeName::new("trajectory_msgs", "JointTrajectoryPoint");
-    let topic = peer.node.create_topic(&name("/points"), kind, &reliable());
-    let points = peer
-        .node
-        .create_publisher::<Point>(&topic.expect("a topic"), None)
-        .expect("a publisher");
-    println!("ready");
-    let work = async {
-        let mut go = pin!(go.async_stream());
-        loop {
-            let new = server.receive_new_goal().await.expect("a goal");
-            let goal = server.get_new_goal(new.clone()).expect("the goal");
-            let target = goal.trajectory.points[0].positions[0];
-            println!("goal {target} {}", goal.trajectory.joint_names.join(" "));
-            let point = goal.trajectory.points[0].clone();
-            assert!(points.async_publish(point).await.is_ok(), "a point");
-            if target >= 100.0 {
-                server.reject_goal(new).await.expect("a rejection");
-                continue;
-            }
-            if target == 60.0 {
-                go.select_next_some().await.expect("a message");
-            }
-            let accepted = server.accept_goal(new).await.expect("an acceptance");
-            let goal = server.start_executing_goal(accepted).await.expect("a goal");
-            let mut feedback = Feedback::default();
-            feedback.actual.positions = vec![target];
-            let published = server.publish_feedback(goal.clone(), feedback).await;
-            assert!(published.is_ok(), "feedback");
-            let mut end = GoalEndStatus::Succeeded;
-            if target == 10.0 {
-                end = GoalEndStatus::Aborted;
-            } else if target >= 20.0 {
-                let asked = server.receive_cancel_request().await.expect("a request");
-                println!("cancel {target}");
-                if target == 80.0 {
-                    let refused = server.respond_to_cancel_requests(&asked, iter::empty());
-                    refused.await.expect("a refusal");
-                    go.select_next_some().await.expect("a message");
-                } else {
-                    let ids = iter::once(goal.goal_id());
-                    let taken = server.respond_to_cancel_requests(&asked, ids);
-                    taken.await.expect("a response");
-                    if target != 90.0 {
-                        end = GoalEndStatus::Canceled;
-                    }
-                }
-            }
-            println!("end {target} {end:?}");
-            let outcome = Outcome {
-                error_code: if target == 11.0 { -5 } else { 0 },
-                error_string: "ü".into(),
-            };
-            let sent = server.send_result_response(goal, end, outcome).await;
-            sent.expect("a result");
+pub struct Trajectories(Publisher<Point>);
+
+impl Trajectories {
+    pub fn new(peer: &mut Peer) -> Trajectories {
+        let kind = MessageTypeName::new("trajectory_msgs", "JointTrajectoryPoint");
+        let topic = peer.node.create_topic(&name("/points"), kind, &reliable());
+        let topic = topic.expect("a topic");
+        Trajectories(peer.node.create_publisher(&topic, None).expect("/points"))
+    }
+}
+
+impl Script for Trajectories {
+    type Goal = Goal;
+    type Outcome = Outcome;
+    type Feedback = Feedback;
+
+    const ACTION: [&'static str; 3] = ["/gantry", "control_msgs", "FollowJointTrajectory"];
+
+    fn number(goal: &Goal) -> f64 {
+        goal.trajectory.points[0].positions[0]
+    }
+
+    fn fields(goal: &Goal) -> String {
+        goal.trajectory.joint_names.join(" ")
+    }
+
+    fn feedback(goal: &Goal) -> Feedback {
+        let mut feedback = Feedback::default();
+        feedback.actual.positions = vec![Self::number(goal)];
+        feedback
+    }
+
+    fn outcome(number: f64) -> Outcome {
+        Outcome {
+            error_code: if number == 11.0 { -5 } else { 0 },
+            error_string: "ü".into(),
         }
-    };
-    join!(work, peer.tell_matches());
+    }
+
+    fn take(&self, goal: &Goal) {
+        let published = self.0.publish(goal.trajectory.points[0].clone());
+        assert!(published.is_ok(), "a point");
+    }
 }
