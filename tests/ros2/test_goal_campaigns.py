@@ -18,28 +18,12 @@ from support.wording import Wording
 pytestmark = pytest.mark.peer
 
 LONG = CELL.replace("deadline: 2 s", "deadline: 10 min")
-NESTED = """
-bindings_of: gantry_cell
-resources:
-  gantry:
-    action:
-      name: /nested
-      type: test_msgs/action/NestedMessage
-      goal:
-        nested_field.int32_value: order
-        nested_field_no_pkg.duration_value.sec: 7
-        nested_different_pkg.nanosec: {variable: order, values: @}
-      succeeded: {nested_field_no_pkg.time_value.sec: 3}
-      feedback: {zone: {field: nested_field.float64_value, ranges: {near: ..2, far: 2..}}}
-"""
 
 
 @contextmanager
-def campaign(  # noqa: PLR0913 - a test says a few of them
-    rclpy: Rclpy, domain: int, directory: Path, model: str, wish: int, *options: str, bindings: str = BINDINGS
-) -> Iterator[NodeProcess]:
+def campaign(rclpy: Rclpy, domain: int, directory: Path, model: str, wish: int, *options: str) -> Iterator[NodeProcess]:
     """Test one case whose first goal has this order."""
-    texts = {"model": model, "bindings": bindings, "case": f"case: lifts\ngoal: done\ninitial: {{wish: {wish}}}\n"}
+    texts = {"model": model, "bindings": BINDINGS, "case": f"case: lifts\ngoal: done\ninitial: {{wish: {wish}}}\n"}
     for name, text in texts.items():
         (directory / f"{name}.yaml").write_text(text, encoding="utf-8")
     words = ("--transport", "dds", "--via", "rclpy", "--real", "gantry", "--bindings", "bindings.yaml", *options)
@@ -58,7 +42,7 @@ def goals_of(report: str) -> dict[str, int]:
 
 def test_a_goal_that_is_given_up_is_cancelled_and_counted(jazzy: Rclpy, domain: int, tmp_path: Path) -> None:
     with (
-        jazzy.program("fibonacci_server", domain) as server,
+        jazzy.program("goal_server", domain, "Fibonacci") as server,
         campaign(jazzy, domain, tmp_path, CELL, 20, "--json", *PATIENCE) as node,
     ):
         ended = node.ends()
@@ -73,7 +57,10 @@ def test_a_goal_that_is_given_up_is_cancelled_and_counted(jazzy: Rclpy, domain: 
 def test_a_server_with_a_goal_of_another_program_is_waited_for_and_named(
     jazzy: Rclpy, domain: int, tmp_path: Path, wording: Wording
 ) -> None:
-    with jazzy.program("fibonacci_server", domain) as server, jazzy.program("other_client", domain, 20) as other:
+    with (
+        jazzy.program("goal_server", domain, "Fibonacci") as server,
+        jazzy.program("other_client", domain, 20) as other,
+    ):
         (which,) = [line.removeprefix("up ") for line in other.output_lines]
         dashed = "-".join((which[:8], which[8:12], which[12:16], which[16:20], which[20:]))
         with campaign(jazzy, domain, tmp_path, LONG, 3, "--wait", "10 s") as node:
@@ -92,7 +79,7 @@ def test_a_server_with_a_goal_of_another_program_is_waited_for_and_named(
 @pytest.mark.parametrize("order", [20, 60], ids=["active", "not accepted yet"])
 def test_a_command_that_is_ended_cancels_its_goal(jazzy: Rclpy, domain: int, tmp_path: Path, order: int) -> None:
     with (
-        jazzy.program("fibonacci_server", domain) as server,
+        jazzy.program("goal_server", domain, "Fibonacci") as server,
         campaign(jazzy, domain, tmp_path, LONG, order, *PATIENCE) as node,
     ):
         server.says(f"goal {order}")
@@ -101,17 +88,3 @@ def test_a_command_that_is_ended_cancels_its_goal(jazzy: Rclpy, domain: int, tmp
             server.write_line("accept")
         server.says(f"canceled {order}")
         assert node.ends().code == 130
-
-
-@pytest.mark.slow
-def test_nested_messages_go_and_come(jazzy: Rclpy, domain: int, tmp_path: Path) -> None:
-    nanoseconds = json.dumps({number: number * 11 for number in range(101)}).replace('"', "")
-    bindings = jazzy.with_interfaces(NESTED.replace("@", nanoseconds))
-    with (
-        jazzy.program("nested_server", domain) as server,
-        campaign(jazzy, domain, tmp_path, LONG, 3, "--json", *PATIENCE, bindings=bindings) as node,
-    ):
-        ended = node.ends()
-        assert verdicts(ended) == {"lifts": ("reached", True, "")}, ended.err
-        assert server.output_lines[1:] == ("goal 3 7 33",)
-        assert goals_of(ended.out) == {"accepted": 1, "succeeded": 1}

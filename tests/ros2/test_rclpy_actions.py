@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
+from msgspec import Struct
 
 from support.node_processes import NodeProcess
 from support.rclpy_installations import Rclpy
@@ -13,21 +15,80 @@ from support.rclpy_installations import Rclpy
 pytestmark = pytest.mark.peer
 
 
+class Kind(Struct, frozen=True):
+    """A type of action of `test_msgs`.
+
+    Attributes:
+        name: its name there.
+        bindings: those of a resource to its server.
+        fields: what the server prints of the goal 3.
+    """
+
+    name: str
+    bindings: str
+    fields: str
+
+
+FIBONACCI = Kind(
+    "Fibonacci",
+    """
+bindings_of: gantry_cell
+resources:
+  gantry:
+    action:
+      name: /fibonacci
+      type: test_msgs/action/Fibonacci
+      goal: {order: order}
+      succeeded: {"sequence[0]": 0}
+      measured: {zone: {field: "sequence[1]", ranges: {near: ..3, far: 3..}}}
+      feedback: {zone: {field: "sequence[0]", ranges: {near: ..3, far: 3..}}}
+""",
+    "",
+)
+ELEVENFOLD = ", ".join(f"{number}: {11 * number}" for number in range(101))
+NESTED = Kind(
+    "NestedMessage",
+    f"""
+bindings_of: gantry_cell
+resources:
+  gantry:
+    action:
+      name: /nested
+      type: test_msgs/action/NestedMessage
+      goal:
+        nested_field.int32_value: order
+        nested_field_no_pkg.duration_value.sec: 7
+        nested_different_pkg.nanosec: {{variable: order, values: {{{ELEVENFOLD}}}}}
+      succeeded: {{nested_different_pkg.sec: 0}}
+      measured: {{zone: {{field: nested_field_no_pkg.time_value.sec, ranges: {{near: ..5, far: 5..}}}}}}
+      feedback: {{zone: {{field: nested_field.float64_value, ranges: {{near: ..5, far: 5..}}}}}}
+""",
+    " 7 33",
+)
+
+
 @contextmanager
-def both(rclpy: Rclpy, domain: int) -> Iterator[tuple[NodeProcess, NodeProcess]]:
+def both(rclpy: Rclpy, domain: int, kind: Kind, directory: Path) -> Iterator[tuple[NodeProcess, NodeProcess]]:
     """A server and a link that reaches it; no two goals were active at once."""
-    with rclpy.program("fibonacci_server", domain) as server, rclpy.program("goal_sender", domain) as link:
+    bindings = directory / "bindings.yaml"
+    bindings.write_text(rclpy.with_interfaces(kind.bindings), encoding="utf-8")
+    with (
+        rclpy.program("goal_server", domain, kind.name) as server,
+        rclpy.program("goal_sender", domain, bindings) as link,
+    ):
         link.says("there")
         yield server, link
         assert not [line for line in server.output_lines if line.startswith("overlap")]
 
 
+@pytest.mark.parametrize("kind", [FIBONACCI, pytest.param(NESTED, marks=pytest.mark.slow)], ids=["small", "nested"])
 def test_each_goal_ends_as_its_server_decides_before_the_next_one_begins(  # noqa: PLR0915 - one scene
-    jazzy: Rclpy, domain: int
+    jazzy: Rclpy, domain: int, tmp_path: Path, kind: Kind
 ) -> None:
     """One scene, as starting the processes and meeting takes longest: each part begins with no goal active."""
-    with both(jazzy, domain) as (server, link):
+    with both(jazzy, domain, kind, tmp_path) as (server, link):
         link.write_line("send 1 3")  # succeeds
+        server.says(f"fields{kind.fields}")
         link.says("feedback near")
         link.says("reply 1 True near")
         link.write_line("send 2 100")  # is rejected
@@ -91,14 +152,16 @@ def test_each_goal_ends_as_its_server_decides_before_the_next_one_begins(  # noq
 
 
 @pytest.mark.slow
-def test_a_killed_server_gives_no_reply_and_the_next_one_gets_the_next_goal(jazzy: Rclpy, domain: int) -> None:
-    with jazzy.program("fibonacci_server", domain) as server, jazzy.program("goal_sender", domain) as link:
-        link.says("there")
+@pytest.mark.parametrize("kind", [FIBONACCI, NESTED], ids=["small", "nested"])
+def test_a_killed_server_gives_no_reply_and_the_next_one_gets_the_next_goal(
+    jazzy: Rclpy, domain: int, tmp_path: Path, kind: Kind
+) -> None:
+    with both(jazzy, domain, kind, tmp_path) as (server, link):
         link.write_line("send 1 20")
         link.says("feedback .*")
         server.kill()
         link.says("gone")
-        with jazzy.program("fibonacci_server", domain) as other:
+        with jazzy.program("goal_server", domain, kind.name) as other:
             link.says("there")
             link.write_line("send 2 2")
             other.says("goal 2")

@@ -83,7 +83,7 @@ NAVIGATION = Kind(
 )
 
 
-@pytest.fixture(params=[TRAJECTORIES, NAVIGATION], ids=["trajectories", "navigation"])
+@pytest.fixture(params=[TRAJECTORIES, NAVIGATION], ids=["FollowJointTrajectory", "NavigateToPose"])
 def kind(request: pytest.FixtureRequest) -> Kind:
     """A type of action at the peer."""
     found: Kind = request.param
