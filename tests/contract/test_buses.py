@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import pytest
 
-from scbm.nodes.buses.bus import Answered, Bus, Received, Service, Topic, Unmatched
+from scbm.nodes.buses.bus import MISMATCHES, Answered, Bus, Received, Service, Topic, Unmatched
 from scbm.nodes.types.definitions import BOOL, FLOAT64, INT64, SET_BOOL, STRING, TRIGGER, MessageDefinition, Scalar
 from scbm.testing.transports import TRANSPORTS
 from support import loops
@@ -308,7 +308,7 @@ def test_another_type_at_the_name_is_why_nobody_is_there(make_bus: MakeBus) -> N
 
     why = loops.run(scenario())
     assert why is not None
-    assert why.is_mismatch
+    assert why.kind in MISMATCHES
     assert "`/cell/talk`" in why.why
     assert "std_msgs/msg/Bool" in why.why
     assert "std_msgs/msg/String" in why.why
@@ -363,7 +363,7 @@ def test_another_type_of_service_is_why_nobody_serves(make_bus: MakeBus) -> None
 
     why = loops.run(scenario())
     assert why is not None
-    assert why.is_mismatch
+    assert why.kind in MISMATCHES
     assert "`/scanner/scan`" in why.why
     assert "std_srvs/srv/SetBool" in why.why
     assert "std_srvs/srv/Trigger" in why.why

@@ -23,6 +23,7 @@ from scbm.model.json_reader import (
     read_json_object,
     read_record,
 )
+from scbm.nodes.buses.bus import UnmatchedKind
 from scbm.testing.event_logs.event_records import (
     EventRecord,
     Factor,
@@ -33,12 +34,17 @@ from scbm.testing.event_logs.event_records import (
 )
 from scbm.testing.real_drivers import GoalFate
 
-VERSION = 6
+VERSION = 7
 """Incremented with every change that older nodes cannot parse."""
 
 _MAX_CHARACTERS = 8_000_000
 
-_Sentences: TypeAlias = Annotated[tuple[LongText, ...], Meta(max_length=10_000)]
+
+class Trouble(JsonRecord, frozen=True):
+    """A reason why a node cannot take part in a run: its kind, and a sentence."""
+
+    kind: Annotated[str, one_of(UnmatchedKind)]
+    words: LongText
 
 
 class _Message(JsonRecord, tag_field="kind", frozen=True):
@@ -60,7 +66,6 @@ class Status(_Message, tag="status", frozen=True):
         model, digest: the name and the digest of its model.
         resources: the resources that it simulates; of a controller, those that real drivers carry out.
         troubles: the reasons why it cannot take part in a run.
-        mismatched: the troubles that waiting does not solve: a driver does not match its binding.
         since_ns: its start, in nanoseconds since 1970.
         words: its process and machine, for people.
     """
@@ -71,8 +76,7 @@ class Status(_Message, tag="status", frozen=True):
     model: Text
     digest: Text
     resources: Names
-    troubles: _Sentences
-    mismatched: _Sentences
+    troubles: Annotated[tuple[Trouble, ...], Meta(max_length=10_000)]
     since_ns: Count
     words: Text
 

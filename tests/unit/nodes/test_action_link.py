@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from scbm.files import read_model
 from scbm.model import Reference, Resource
 from scbm.nodes.bindings.ros_binding import ActionCall, Interval, Reading, RosBinding, binding_of
+from scbm.nodes.buses.bus import UnmatchedKind
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.links.action_link import ActionLink
 from scbm.nodes.links.goals import GoalStatus, goal_id
@@ -379,7 +380,7 @@ def test_several_servers_are_reported(wording: Wording) -> None:
         await settled()
         why = scene.link.why_unmatched()
         assert why is not None
-        assert why.is_crowded
+        assert why.kind is UnmatchedKind.CROWDED
         scene.complaints.append(why.why)
         await scene.send(1)
         assert scene.server.goals == {}

@@ -9,7 +9,7 @@ from scbm.files import read_bindings, read_case, write_case
 from scbm.model import Binding, Resource
 from scbm.nodes import Bus, ControllerNode
 from scbm.nodes.bindings.ros_binding import MeasuredTopic, RosBinding, TopicPair
-from scbm.nodes.buses.bus import Publisher, Service, Topic
+from scbm.nodes.buses.bus import MISMATCHES, Publisher, Service, Topic, UnmatchedKind
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.links.bound_link import BoundLink
 from scbm.nodes.links.link import Correlation, LinkContext, Reply
@@ -124,7 +124,8 @@ def test_a_service_with_two_servers_is_a_trouble_that_names_them(wording: Wordin
         asked = [serve(cell, "left_driver"), serve(cell, "right_driver")]
         await loop.settle(10**9)
         (trouble,) = node.membership.own.troubles
-        wording(trouble)
+        assert trouble.kind == UnmatchedKind.CROWDED
+        wording(trouble.words)
         await begin_run(node, cell.join("tester").publisher(CellTopics.of(CALLED).case), loop)
         assert asked == [[], []]
         await node.close()
@@ -202,7 +203,7 @@ def test_why_it_is_not_there_is_reported_of_what_it_measures_too(wording: Wordin
         await loop.settle()
         unmatched = whole.link.why_unmatched()
         assert unmatched is not None
-        assert unmatched.is_mismatch
+        assert unmatched.kind in MISMATCHES
         wording(unmatched.why)
 
     run_virtually(scene)

@@ -19,7 +19,7 @@ from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, t
 from scbm.files import read_bindings, read_case, read_model, write_case
 from scbm.model import BehaviorModel
 from scbm.nodes import Bus, ControllerNode, new_status
-from scbm.nodes.buses.bus import BusError, Received, Service, Topic
+from scbm.nodes.buses.bus import BusError, Received, Service, Topic, UnmatchedKind
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.node_messages import (
     Abandon,
@@ -33,6 +33,7 @@ from scbm.nodes.node_messages import (
     Prepared,
     Refused,
     Stepped,
+    Trouble,
     decode,
     encode,
 )
@@ -763,7 +764,8 @@ class Looking:
         await self.loop.settle(after_ns)
         controller = self.other.controller()
         assert controller is not None
-        return len(controller.troubles), len(controller.mismatched)
+        kinds = [trouble.kind for trouble in controller.troubles]
+        return len(kinds), kinds.count(UnmatchedKind.MISMATCH)
 
 
 def look(scene: Callable[[Looking], Awaitable[None]]) -> None:
@@ -827,10 +829,10 @@ def test_missing_nodes_are_reported_with_the_reason_whenever_they_change(wording
 def test_what_could_not_be_reported_is_reported_again(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     publish_troubles, is_full = Membership.publish_troubles, [True]
 
-    def report_if_possible(membership: Membership, *troubles: tuple[str, ...]) -> None:
+    def report_if_possible(membership: Membership, troubles: tuple[Trouble, ...]) -> None:
         if is_full[0]:
             raise BusError("full")
-        publish_troubles(membership, *troubles)
+        publish_troubles(membership, troubles)
 
     async def scene(looking: Looking) -> None:
         driver = looking.serve()

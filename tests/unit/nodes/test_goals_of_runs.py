@@ -12,8 +12,8 @@ import pytest
 
 from scbm.cases.trace import End, Record, RequestSent, ResourceChanged
 from scbm.files import read_bindings, read_case, read_model
-from scbm.nodes import ControllerNode, NotReadyError, TesterNode
-from scbm.nodes.links.goals import BUSY, GoalStatus
+from scbm.nodes import ControllerNode, Lack, NotReadyError, TesterNode
+from scbm.nodes.links.goals import GoalStatus
 from scbm.testing import Execution, Tester
 from support.action_servers import ActionServer
 from support.fibonacci import BINDINGS, CELL, FIBONACCI
@@ -214,7 +214,7 @@ def test_no_run_begins_while_a_goal_of_another_program_is_active(wording: Wordin
         with pytest.raises(NotReadyError) as raised:
             await cell.tester.wait_for_cell(1.0)
         (reason,) = raised.value.reasons
-        assert BUSY in reason.message
+        assert reason.lack is Lack.GOAL
         wording(reason.message + "\n")
         cell.server.has(other, GoalStatus.SUCCEEDED)
         await cell.tester.wait_for_cell(GUARD_S)

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import pytest
 
-from scbm.nodes.buses.bus import Answered, BusError, Received, Service, Topic
+from scbm.nodes.buses.bus import MISMATCHES, Answered, BusError, Received, Service, Topic
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.types.cdr import Message
 from scbm.nodes.types.definitions import FLOAT64, SET_BOOL, TRIGGER, Scalar
@@ -242,7 +242,7 @@ def test_it_says_why_nobody_is_matched_if_others_use_another_type(wording: Wordi
         for what in (TALK, SCAN):
             unmatched = own.why_unmatched(what)
             assert unmatched is not None
-            assert unmatched.is_mismatch
+            assert unmatched.kind in MISMATCHES
             wording(unmatched.why)
         assert own.why_unmatched(Service("/scan", SET_BOOL)) is None
         assert other.why_unmatched(Topic("/talk", FLOAT64)) is not None

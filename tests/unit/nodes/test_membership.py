@@ -7,9 +7,9 @@ from collections.abc import Awaitable, Callable
 import pytest
 from msgspec import structs
 
-from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.bus import BusError, UnmatchedKind
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
-from scbm.nodes.node_messages import VERSION, Status, encode
+from scbm.nodes.node_messages import VERSION, Status, Trouble, encode
 from scbm.nodes.roles.cell_topics import REPETITIONS, STATUS_PERIOD_S, CellTopics, Membership, new_status
 from support.models import scan_cell
 from support.nodes import JOINS_NS, repeat_status
@@ -19,6 +19,7 @@ from support.wording import Wording
 MODEL = scan_cell()
 TOPICS = CellTopics.of(MODEL)
 PERIOD_NS = int(STATUS_PERIOD_S * 1e9)
+TROUBLE = Trouble(UnmatchedKind.MISMATCH, "trouble")
 
 
 def status(role: str, since_ns: int, *resources: str) -> Status:
@@ -264,15 +265,14 @@ def test_others_learn_what_a_node_lacks_now() -> None:
         own, _ = cell.join(status("tester", 1))
         controller, _ = cell.join(status("controller", 1, "scan"))
         await cell.loop.settle(JOINS_NS)
-        controller.publish_troubles(("trouble",), ("mismatch",))
+        controller.publish_troubles((TROUBLE,))
         await cell.loop.settle(JOINS_NS)
         controller_status = own.controller()
         assert controller_status is not None
-        assert controller_status.troubles == ("trouble",)
-        assert controller_status.mismatched == ("mismatch",)
+        assert controller_status.troubles == (TROUBLE,)
         controller.publish_troubles(())
         await cell.loop.settle(JOINS_NS)
-        assert own.controller() == structs.replace(controller_status, troubles=(), mismatched=())
+        assert own.controller() == structs.replace(controller_status, troubles=())
         late, _ = cell.join(status("resources", 3))
         await cell.loop.settle(JOINS_NS)
         assert controller.own in late.others
@@ -284,16 +284,15 @@ def test_what_could_not_be_reported_is_reported_when_it_is_tried_again() -> None
     async def scene(cell: Cell) -> None:
         own, _ = cell.join(status("tester", 1))
         controller, bus = cell.join(status("controller", 1, "scan"))
-        lacks = (("trouble",), ("mismatch",))
         bus.is_open = False
         with pytest.raises(BusError):
-            controller.publish_troubles(*lacks)
+            controller.publish_troubles((TROUBLE,))
         bus.is_open = True
-        controller.publish_troubles(*lacks)
+        controller.publish_troubles((TROUBLE,))
         await cell.loop.settle(JOINS_NS)
         controller_status = own.controller()
         assert controller_status is not None
-        assert (controller_status.troubles, controller_status.mismatched) == lacks
+        assert controller_status.troubles == (TROUBLE,)
 
     play(scene)
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import pytest
 
 from scbm.cases.trace import Changes
-from scbm.nodes.buses.bus import Unmatched
+from scbm.nodes.buses.bus import Unmatched, UnmatchedKind
 from scbm.nodes.links.bound_link import MissingDrivers
 from scbm.nodes.links.link import Correlation
 from support.wording import Wording
 
-WRONG, SIMILAR = Unmatched("of-another-type", is_mismatch=True), Unmatched("similar", is_mismatch=False)
+WRONG, SIMILAR = Unmatched("of-another-type", UnmatchedKind.MISMATCH), Unmatched("similar")
 
 
 @dataclass
@@ -42,10 +42,10 @@ class Reaching:
 @pytest.mark.parametrize("alone", [None, WRONG, SIMILAR], ids=["no_driver", "wrong", "similar"])
 def test_who_is_not_there_is_reported_and_why(alone: Unmatched | None, wording: Wording) -> None:
     links = {"lamp": Reaching(missing=()), "arm": Reaching(alone)}
-    (sentence,), mismatched = MissingDrivers(links).look()
-    assert mismatched == ()
-    assert alone is None or sentence.endswith(alone.why)
-    wording(sentence)
+    (trouble,) = MissingDrivers(links).look()
+    assert trouble.kind == UnmatchedKind.ABSENT
+    assert alone is None or trouble.words.endswith(alone.why)
+    wording(trouble.words)
 
 
 def test_a_mismatch_is_believed_at_the_second_look_and_so_is_one_that_comes_back() -> None:
@@ -54,7 +54,6 @@ def test_a_mismatch_is_believed_at_the_second_look_and_so_is_one_that_comes_back
     seen = []
     for alone in (WRONG, WRONG, WRONG, None, WRONG, WRONG, SIMILAR, SIMILAR):
         arm.alone = alone
-        seen.append(len(missing.look()[1]))
-    assert seen == [0, 1, 1, 0, 0, 1, 0, 0]
-    (sentence,), mismatched = missing.look()
-    assert (sentence.endswith(SIMILAR.why), mismatched) == (True, ())
+        (trouble,) = missing.look()
+        seen.append(trouble.kind == UnmatchedKind.MISMATCH)
+    assert seen == [False, True, True, False, False, True, False, False]

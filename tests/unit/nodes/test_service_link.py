@@ -11,7 +11,7 @@ import pytest
 
 from scbm.model import Reference, Resource, Value
 from scbm.nodes.bindings.ros_binding import Interval, RosBinding, ServiceCall, ServiceChoice
-from scbm.nodes.buses.bus import Answered, BusError, Client, Service
+from scbm.nodes.buses.bus import Answered, BusError, Client, Service, UnmatchedKind
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.links.link import Correlation, LinkContext
 from scbm.nodes.links.service_link import ServiceLink
@@ -207,7 +207,7 @@ def test_a_service_with_two_servers_is_not_called_until_one_of_them_leaves(wordi
         assert (harness.link.is_there, harness.link.missing) == (False, ())
         crowded = harness.link.why_unmatched()
         assert crowded is not None
-        assert (crowded.is_crowded, crowded.is_mismatch) == (True, False)
+        assert crowded.kind is UnmatchedKind.CROWDED
         wording(crowded.why)
         assert harness.driver.asked == []
         await second.close()

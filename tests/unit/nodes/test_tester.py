@@ -16,7 +16,7 @@ from scbm.cases import LOST, Case
 from scbm.cases.trace import End, ResourceChanged
 from scbm.files import digest_of, read_case, write_case
 from scbm.nodes import Lack, LostError, NodeRun, NotBegunError, NotReadyError, Reason, TesterNode, new_status
-from scbm.nodes.buses.bus import BusError, Received
+from scbm.nodes.buses.bus import BusError, Received, UnmatchedKind
 from scbm.nodes.node_messages import (
     Abandon,
     Answering,
@@ -33,6 +33,7 @@ from scbm.nodes.node_messages import (
     RestartResource,
     Status,
     Stepped,
+    Trouble,
     decode,
     encode,
 )
@@ -154,6 +155,7 @@ async def why_lost(task: asyncio.Task[NodeRun]) -> str:
 Problems: TypeAlias = tuple[tuple[Lack, tuple[str, ...]], ...]
 NO_CONTROLLER = (Lack.CONTROLLER, ("scan",))
 UNREACHED = "`scan` is not reached: `/scan` is of another type there"
+MISMATCHED = (Trouble(UnmatchedKind.MISMATCH, UNREACHED),)
 NO_SCAN = (Lack.RESOURCES, ("scan",))
 
 
@@ -242,8 +244,9 @@ def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reason
         ("controller", {"version": 99, "words": "far"}, Lack.VERSION),
         ("controller", {"digest": "other", "words": "far"}, Lack.MODEL),
         ("resources", {"digest": "other", "words": "far"}, Lack.MODEL),
-        ("controller", {"troubles": (UNREACHED,), "mismatched": (UNREACHED,)}, Lack.DRIVER),
+        ("controller", {"troubles": MISMATCHED}, Lack.DRIVER),
         ("tester", {"since_ns": 1, "words": "far"}, Lack.RIVAL),
+        ("controller", {"troubles": (Trouble(UnmatchedKind.OTHER_VENDOR, UNREACHED),)}, Lack.VENDOR),
     ],
     ids=lambda value: value.name if isinstance(value, Lack) else None,
 )
@@ -275,7 +278,7 @@ def test_an_unknown_sender_that_cannot_be_understood_is_reported(wording: Wordin
 
 def test_what_the_controller_lacks_is_missing() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        harness.play("controller", "scan", troubles=(UNREACHED,))
+        harness.play("controller", "scan", troubles=(Trouble(UnmatchedKind.ABSENT, UNREACHED),))
         await loop.settle(JOINS_NS)
         assert harness.node.real == ("scan",)
         begun_ns = loop.now_ns()
@@ -731,7 +734,7 @@ def test_a_driver_that_is_lost_in_a_run_is_reported(wording: Wording) -> None:
         task = harness.begin()
         await loop.settle()
         assert harness.sent(Go) == [Go(controller.run)]
-        controller.status = structs.replace(controller.status, troubles=(UNREACHED,))
+        controller.status = structs.replace(controller.status, troubles=(Trouble(UnmatchedKind.ABSENT, UNREACHED),))
         await loop.settle(JOINS_NS)
         (reported,) = harness.stage.complaints
         assert reported.startswith(UNREACHED)
@@ -822,7 +825,7 @@ def test_another_controller_that_leaves_ends_nothing() -> None:
 def test_one_status_ends_no_run(role: str) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         _, _, task = await going(harness, loop)
-        forged = structs.replace(new_status(role, MODEL, "other", ["scan"]), since_ns=0, mismatched=("anything",))
+        forged = structs.replace(new_status(role, MODEL, "other", ["scan"]), since_ns=0, troubles=MISMATCHED)
         harness.stage.join("forger").publisher(TOPICS.status).publish({"data": encode(forged)})
         await loop.settle(SECOND_NS)
         assert not task.done()

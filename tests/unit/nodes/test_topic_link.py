@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.model.json_reader import JsonError
-from scbm.nodes.buses.bus import BusError, Publisher, Received, Topic
+from scbm.nodes.buses.bus import MISMATCHES, BusError, Publisher, Received, Topic
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.links.link import Correlation, Measurement, Reply
 from scbm.nodes.links.topic_link import TopicLink, id_text, read_id, read_reply
@@ -215,7 +215,7 @@ def test_why_nobody_is_there_is_reported_if_it_shows(wording: Wording) -> None:
         harness.hub.join("driver").publisher(Topic(REPLY.name, FLOAT64))
         unmatched = harness.link.why_unmatched()
         assert unmatched is not None
-        assert unmatched.is_mismatch
+        assert unmatched.kind in MISMATCHES
         wording(unmatched.why)
 
     play(scene)

@@ -12,12 +12,14 @@ from hypothesis import strategies as st
 
 from scbm.model import Outcome
 from scbm.model.json_reader import JsonError
+from scbm.nodes.buses.bus import UnmatchedKind
 from scbm.nodes.node_messages import (
     Abandon,
     Become,
     Go,
     Message,
     React,
+    Trouble,
     decode,
     encode,
     read_object,
@@ -52,6 +54,9 @@ FIELDS = {
     "options": st.just(OPTIONS),
     "event": EVENTS,
     "note": NOTES,
+    "troubles": st.lists(
+        st.builds(Trouble, st.sampled_from([kind.value for kind in UnmatchedKind]), TEXTS), max_size=3
+    ).map(tuple),
     "fate": st.sampled_from([fate.value for fate in GoalFate]),
 }
 """Fields whose types have more limits than those of others."""

@@ -7,6 +7,7 @@ All that is called back is called on the event loop that the bus was opened on, 
 from __future__ import annotations
 
 import asyncio
+from enum import StrEnum
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from msgspec import Struct
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ONLY_BEST_EFFORT",
-    "USE_RCLPY",
     "Answer",
     "Answered",
     "Bus",
@@ -33,6 +33,7 @@ __all__ = [
     "Subscription",
     "Topic",
     "Unmatched",
+    "UnmatchedKind",
     "when_answered",
 ]
 
@@ -41,9 +42,6 @@ ONLY_BEST_EFFORT = (
     "it offers reliability best effort, and scbm requests reliable; a measured topic can have `best_effort: true`"
 )
 """Why a publication is not matched, and what can be written."""
-
-USE_RCLPY = "use `--via rclpy`"
-"""The remedy if plain DDS cannot call a service."""
 
 
 class Topic(Struct, frozen=True):
@@ -100,30 +98,39 @@ class Answered(Struct, frozen=True):
     stamp_ns: int
 
 
-class Unmatched(Struct, frozen=True):
-    """Why an endpoint has no peers.
+class UnmatchedKind(StrEnum):
+    """What ends the lack of a peer. Of several kinds the last one counts."""
 
-    Attributes:
-        why: a clause.
-        is_mismatch: whether a peer is there that does not match: its code or ours must change, waiting does not help.
-        is_crowded: whether several servers are there where one is needed: each of them would carry out a request.
-    """
+    ABSENT = "absent"
+    """A peer may come."""
+    BUSY = "busy"
+    """A server has a goal that must be over first."""
+    MISMATCH = "mismatch"
+    """A peer is there that does not match: its code or ours must change, waiting does not help."""
+    OTHER_VENDOR = "other vendor"
+    """A mismatch: plain DDS cannot call a service of this vendor, rclpy can."""
+    CROWDED = "crowded"
+    """Several servers are there where one is needed: each of them would carry out a request."""
+
+
+MISMATCHES = (UnmatchedKind.MISMATCH, UnmatchedKind.OTHER_VENDOR)
+"""The kinds that waiting does not end."""
+
+
+class Unmatched(Struct, frozen=True):
+    """Why an endpoint has no peers: a clause, and its kind."""
 
     why: str
-    is_mismatch: bool
-    is_crowded: bool = False
+    kind: UnmatchedKind = UnmatchedKind.ABSENT
 
     @staticmethod
     def by_all(reasons: Iterable[Unmatched | None]) -> Unmatched | None:
-        """Return all reasons as one, which is a mismatch if one of them is; `None` if there are none."""
+        """Return all reasons as one; `None` if there are none."""
         shown = [reason for reason in reasons if reason is not None]
         if not shown:
             return None
-        return Unmatched(
-            "; ".join(reason.why for reason in shown),
-            any(reason.is_mismatch for reason in shown),
-            any(reason.is_crowded for reason in shown),
-        )
+        kind = max((reason.kind for reason in shown), key=list(UnmatchedKind).index)
+        return Unmatched("; ".join(reason.why for reason in shown), kind)
 
 
 class Publisher(Protocol):

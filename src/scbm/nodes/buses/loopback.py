@@ -16,6 +16,7 @@ from scbm.nodes.buses.bus import (
     Service,
     Topic,
     Unmatched,
+    UnmatchedKind,
     when_answered,
 )
 from scbm.nodes.types.cdr import BadValueError, codec_of
@@ -261,7 +262,7 @@ def _sent(definition: MessageDefinition, values: Mapping[str, object]) -> Messag
 
 
 def _mismatch(why: str) -> Unmatched:
-    return Unmatched(why, is_mismatch=True)
+    return Unmatched(why, UnmatchedKind.MISMATCH)
 
 
 def _notify(bus: LoopbackBus, matched: Callable[[int], None] | None, known: int, peers: int) -> int:

@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from msgspec import Struct, field
 
-from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Answered, BusError, Received, Service, Topic, Unmatched
+from scbm.nodes.buses.bus import (
+    ONLY_BEST_EFFORT,
+    Answered,
+    BusError,
+    Received,
+    Service,
+    Topic,
+    Unmatched,
+    UnmatchedKind,
+)
 from scbm.nodes.types.cdr import BadValueError, codec_of
 from scbm.nodes.types.definitions import ListShape, MessageDefinition, Primitive
 
@@ -183,7 +192,7 @@ class RclpyBus:
         other = _of_another_type(what.name, [info.topic_type for info in (*heard, *hearers)], what.type.name)
         best_effort = self._rclpy.qos.ReliabilityPolicy.BEST_EFFORT
         is_too_weak = not what.is_best_effort and any(info.qos_profile.reliability == best_effort for info in heard)
-        weak = Unmatched(f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}", is_mismatch=True)
+        weak = Unmatched(f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}", UnmatchedKind.MISMATCH)
         return other or (weak if is_too_weak else None)
 
     def _look_at(self, look: Callable[[], int], matched: Callable[[int], None] | None) -> _RclpyPeers:
@@ -308,7 +317,7 @@ class _RclpyClient(Struct, frozen=True):
 def _of_another_type(name: str, types: list[str], wanted: str) -> Unmatched | None:
     other = next((there for there in types if there != wanted), None)
     why = f"`{name}` is of type {other} there, and not of {wanted}"
-    return None if other is None else Unmatched(why, is_mismatch=True)
+    return None if other is None else Unmatched(why, UnmatchedKind.MISMATCH)
 
 
 def _class(name: str) -> Foreign:

@@ -14,9 +14,8 @@ from uuid import UUID
 from msgspec import Struct, field
 
 from scbm.nodes.bindings.ros_binding import ActionCall, ActionChoice, binding_of, request_values
-from scbm.nodes.buses.bus import BusError, Service, Topic, Unmatched
+from scbm.nodes.buses.bus import BusError, Service, Topic, Unmatched, UnmatchedKind
 from scbm.nodes.links.goals import (
-    BUSY,
     CANCEL_TOO_LATE,
     Goal,
     GoalStatus,
@@ -211,15 +210,15 @@ class _ActionServer(Struct, eq=False):
         if most > 1:
             names = ", ".join(self._clients[0][1].server_names())
             why = f"`{self.action.name}` has {most} servers, and each would carry out every goal"
-            yield Unmatched(f"{why}: {names}" if names else why, is_mismatch=False, is_crowded=True)
+            yield Unmatched(f"{why}: {names}" if names else why, UnmatchedKind.CROWDED)
         if self.is_whole and self.others is None:
-            yield Unmatched(f"it is not known yet whether `{self.action.name}` has active goals", is_mismatch=False)
+            yield Unmatched(f"it is not known yet whether `{self.action.name}` has active goals")
+        busy = f"`{self.action.name}` is busy with goal"
         for other in self.others or ():
-            yield Unmatched(f"`{self.action.name}` {BUSY} {other} of another program", is_mismatch=False)
+            yield Unmatched(f"{busy} {other} of another program", UnmatchedKind.BUSY)
         if self.goal is not None and self.goal.is_left:
             of = f"of request {self.goal.request.number} of an earlier run"
-            why = f"`{self.action.name}` {BUSY} {self.goal.id} {of}, which was cancelled and is not over"
-            yield Unmatched(why, is_mismatch=False)
+            yield Unmatched(f"{busy} {self.goal.id} {of}, which was cancelled and is not over", UnmatchedKind.BUSY)
 
     def _matched(self, _: int) -> None:
         if self.goal is not None and any(not end.peers for _, end in self._clients):

@@ -21,9 +21,10 @@ from scbm.nodes.bindings.ros_binding import (
     TopicPair,
     binding_of,
 )
-from scbm.nodes.buses.bus import Unmatched
+from scbm.nodes.buses.bus import MISMATCHES, Unmatched, UnmatchedKind
 from scbm.nodes.links.link import LinkContext, PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import MeasuredTopics
+from scbm.nodes.node_messages import Trouble
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -146,23 +147,23 @@ class MissingDrivers(Struct):
     links: Mapping[str, Link]
     _suspects: tuple[str, ...] = ()
 
-    def look(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return a sentence about each missing resource, and the sentences about mismatches.
+    def look(self) -> tuple[Trouble, ...]:
+        """Return what is wrong with each missing resource.
 
         A driver that does not go with its binding may just be being replaced: it is believed at the second look.
         """
         before, self._suspects = self._suspects, ()
-        troubles, mismatched = [], []
+        troubles = []
         for name, link in self.links.items():
             if link.is_there:
                 continue
-            alone = link.why_unmatched()
-            why = f"there is no peer at {_listed(link.missing)}" if alone is None else alone.why
-            troubles.append(f"`{name}` is not reached: {why}")
-            if alone is not None and alone.is_mismatch:
+            alone = link.why_unmatched() or Unmatched(f"there is no peer at {_listed(link.missing)}")
+            kind = alone.kind
+            if kind in MISMATCHES:
                 self._suspects += (name,)
-                mismatched += troubles[-1:] if name in before else []
-        return tuple(troubles), tuple(mismatched)
+                kind = kind if name in before else UnmatchedKind.ABSENT
+            troubles.append(Trouble(kind, f"`{name}` is not reached: {alone.why}"))
+        return tuple(troubles)
 
 
 def _listed(places: tuple[str, ...]) -> str:

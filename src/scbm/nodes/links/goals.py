@@ -39,10 +39,6 @@ CANCEL_TOO_LATE = 3
 """The return code of a cancellation of a goal that is over."""
 
 
-BUSY = "is busy with goal"
-"""Says in the reason why a driver is missing that waiting for a goal helps, and nothing else does."""
-
-
 _ENTRY = 28
 """The bytes from status to status in a message: one of status, and the id, three that pad, and the time of the next."""
 

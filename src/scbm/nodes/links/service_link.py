@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, field
 
 from scbm.nodes.bindings.ros_binding import ServiceCall, ServiceChoice, binding_of, request_values
-from scbm.nodes.buses.bus import BusError, Service, Unmatched
+from scbm.nodes.buses.bus import BusError, Service, Unmatched, UnmatchedKind
 from scbm.nodes.links.link import PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import value_of
 from scbm.nodes.types.field_paths import MissingElement
@@ -165,7 +165,7 @@ class _CallQueue(Struct):
             return None
         names = ", ".join(self.client.server_names())
         why = f"`{self.service.name}` has {self.client.peers} servers, and each would carry out every request"
-        return Unmatched(f"{why}: {names}" if names else why, is_mismatch=False, is_crowded=True)
+        return Unmatched(f"{why}: {names}" if names else why, UnmatchedKind.CROWDED)
 
     def open(self, bus: Bus, matched: Callable[[], object]) -> None:
         def call_and_report(_: int) -> None:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from scbm.model import BehaviorModel
     from scbm.nodes.buses.bus import Bus, Received
+    from scbm.nodes.node_messages import Trouble
 
 
 START_WITHIN_S = 10.0
@@ -121,7 +122,7 @@ def is_of_tester(run: str) -> bool:
 def new_status(role: str, model: BehaviorModel, digest: str, resources: Iterable[str] = ()) -> Status:
     """Return the first status of a node."""
     words = f"process {os.getpid()} on {socket.gethostname()}"
-    return Status(role, uuid4().hex, VERSION, model.name, digest, tuple(resources), (), (), time_ns(), words)
+    return Status(role, uuid4().hex, VERSION, model.name, digest, tuple(resources), (), time_ns(), words)
 
 
 UNIQUE = ("controller", "tester")
@@ -196,9 +197,9 @@ class Membership:
             self._publisher.publish({"data": self._own_text})
         self._timer = self._repeat_later()
 
-    def publish_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
-        """Publish what this node lacks, and which of it needs a change of code. Raises `BusError`."""
-        own = structs.replace(self.own, troubles=troubles, mismatched=mismatched)
+    def publish_troubles(self, troubles: tuple[Trouble, ...]) -> None:
+        """Publish what this node lacks. Raises `BusError`."""
+        own = structs.replace(self.own, troubles=troubles)
         if own != self.own:
             self._publisher.publish({"data": (text := encode(own))})
             self.own, self._own_text = own, text
@@ -275,7 +276,7 @@ class Membership:
 
 def _is_same_node(status: Status, other: Status) -> bool:
     """Return whether two statuses differ at most in what the node lacks."""
-    return structs.replace(status, troubles=other.troubles, mismatched=other.mismatched) == other
+    return structs.replace(status, troubles=other.troubles) == other
 
 
 def _age(status: Status) -> tuple[int, str]:

@@ -22,7 +22,7 @@ from scbm.cases.trace import NETWORK, InjectionApplied, ResourceChanged, Trace, 
 from scbm.files import read_case
 from scbm.model import InputError, RunPlans
 from scbm.model.json_reader import JsonError
-from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.bus import BusError, UnmatchedKind
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
 from scbm.nodes.links.link import CANCELLED_WITHIN_S, Correlation, LinkContext
 from scbm.nodes.links.measured_topics import ExclusionWarnings, Refusals
@@ -78,6 +78,7 @@ if TYPE_CHECKING:
     from scbm.model import Resource, Value
     from scbm.nodes.buses.bus import Bus, Received
     from scbm.nodes.links.link import Link, Measurement, Reply
+    from scbm.nodes.node_messages import Trouble
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import AskPlan, CancelRequest, Event, RunFinished, SendRequest
     from scbm.testing.event_logs.event_records import Note
@@ -204,11 +205,9 @@ class ControllerNode:
         self._drivers = drivers or bus
         self._links = {resource.name: self._link(context, topics, resource) for resource in model.resources}
         self._missing = MissingDrivers({name: self._links[name] for name in self._real})
-        self._reported_troubles: tuple[str, ...] | None = None
-        troubles, mismatched = self._missing.look()
-        self.membership = Membership(
-            bus, topics, structs.replace(context.status, troubles=troubles, mismatched=mismatched)
-        )
+        self._reported_troubles: str | None = None
+        troubles = self._missing.look()
+        self.membership = Membership(bus, topics, structs.replace(context.status, troubles=troubles))
         self._timer: asyncio.Handle | None = self._look_later() if troubles else None
         bus.subscribe(topics.case, self._receive, left=self._lose_tester)
 
@@ -225,10 +224,10 @@ class ControllerNode:
         """Report which real resources are missing, and why; the reason may be known only after a while."""
         is_over = False
         with self._warning("the report of missing resources is lost"):
-            troubles, mismatched = self._missing.look()
-            self._publish_troubles(troubles)
+            troubles = self._missing.look()
+            self._report_troubles(troubles)
             self._refuse_crowded()
-            self.membership.publish_troubles(troubles, mismatched)
+            self.membership.publish_troubles(troubles)
             is_over = not troubles
         self._timer = None if is_over else self._look_later()
 
@@ -239,15 +238,16 @@ class ControllerNode:
             return
         for name in self._real:
             why = self._links[name].why_unmatched()
-            if why is not None and why.is_crowded:
+            if why is not None and why.kind is UnmatchedKind.CROWDED:
                 self._say(Refused(run.id, self.membership.own.node, why.why))
                 self._give_up()
                 return
 
-    def _publish_troubles(self, troubles: tuple[str, ...]) -> None:
-        if troubles != self._reported_troubles:
-            self._reported_troubles = troubles
-            self._report("; ".join(troubles) or "all real resources are reached")
+    def _report_troubles(self, troubles: tuple[Trouble, ...]) -> None:
+        words = "; ".join(trouble.words for trouble in troubles) or "all real resources are reached"
+        if words != self._reported_troubles:
+            self._reported_troubles = words
+            self._report(words)
 
     def _look_later(self) -> asyncio.TimerHandle:
         return self._loop.call_later(_LOOK_S, self._look_for_troubles)

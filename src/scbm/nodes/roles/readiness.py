@@ -31,6 +31,8 @@ class Lack(StrEnum):
     RESOURCES = "no node simulates some resources"
     UNREADABLE = "a node whose messages cannot be parsed"
     DRIVER = "a real resource is not reached"
+    VENDOR = "a real resource has services that plain DDS cannot call"
+    GOAL = "a real resource is busy with a goal"
 
 
 class Reason(Struct, frozen=True):

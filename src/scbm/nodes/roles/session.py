@@ -12,7 +12,6 @@ from msgspec import structs
 from msgspec.structs import replace
 
 from scbm.nodes.buses.loopback import LoopbackHub
-from scbm.nodes.links.goals import BUSY
 from scbm.nodes.roles.cell_topics import NodeContext, new_status
 from scbm.nodes.roles.controller import ControllerNode
 from scbm.nodes.roles.node_process import AbsenceWatch
@@ -315,7 +314,7 @@ class Session:
             wait_s = 0.0 if self._was_lost else self._wait_s
             await _beside(self._cell.keep(), tester.wait_for_cell(wait_s, self.waiting))
         except NotReadyError as error:
-            if tester.membership.rival() is not None or any(BUSY in reason.message for reason in error.reasons):
+            if tester.membership.rival() is not None or any(reason.lack is Lack.GOAL for reason in error.reasons):
                 raise
             self._was_lost = True  # the next case does not wait as long again
             raise LostError(str(error)) from None

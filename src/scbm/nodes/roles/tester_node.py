@@ -12,7 +12,7 @@ from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, ends
 from scbm.files import write_case
 from scbm.model import PlannerIdentity
 from scbm.model.json_reader import JsonError
-from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.bus import MISMATCHES, BusError, UnmatchedKind
 from scbm.nodes.node_messages import (
     VERSION,
     Abandon,
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
     from scbm.nodes.buses.bus import Received
-    from scbm.nodes.node_messages import Become, Fate, Message, React, RestartResource
+    from scbm.nodes.node_messages import Become, Fate, Message, React, RestartResource, Trouble
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import Effect, Event, RunnerOptions
     from scbm.running.simulation import Choices
@@ -72,6 +72,10 @@ _AGAIN_S = 0.1
 
 _SILENT_NS = 3_000_000_000
 """A controller that says nothing for so long after a deadline of its run has passed is lost, even if it is there."""
+
+
+_LACKS: dict[str, Lack] = {UnmatchedKind.OTHER_VENDOR: Lack.VENDOR, UnmatchedKind.BUSY: Lack.GOAL}
+"""The problem of a cell for kinds of troubles; others are `Lack.DRIVER`."""
 
 
 class LostError(Exception):
@@ -194,7 +198,8 @@ class TesterNode:
             message = f"`{self.real[0]}` is real and cannot be made faster: it needs a time scale of 1"
             reasons.append(Reason(Lack.TIME_SCALE, message))
         controller = self.membership.controller()
-        reasons += [Reason(Lack.DRIVER, message) for message in (controller.mismatched if controller else ())]
+        troubles = () if controller is None else controller.troubles
+        reasons += [_missing_driver(trouble) for trouble in troubles if trouble.kind in MISMATCHES]
         there = [controller, *map(self.membership.node_of, self._simulated())]
         for other in filter(None, dict.fromkeys(there)):
             node = self.words_of(other.node)
@@ -216,7 +221,7 @@ class TesterNode:
             unreadable = (*self.membership.unreadable, *(() if unmatched is None else (unmatched.why,)))
             first = Reason(Lack.CONTROLLER, f"no controller of `{self._model.name}`", names)
             return (first, *(Reason(Lack.UNREADABLE, message) for message in unreadable))
-        troubles = tuple(Reason(Lack.DRIVER, message) for message in controller.troubles)
+        troubles = tuple(map(_missing_driver, controller.troubles))
         if not names:
             return troubles
         message = f"no node simulates {', '.join(f'`{name}`' for name in names)}"
@@ -320,6 +325,10 @@ class TesterNode:
     def _lose(self, source: int) -> None:
         if self._run is not None:
             self._run.lose(source)
+
+
+def _missing_driver(trouble: Trouble) -> Reason:
+    return Reason(_LACKS.get(trouble.kind, Lack.DRIVER), trouble.words)
 
 
 class _DirectedRun:

@@ -23,10 +23,8 @@ from scbm.files import FileWriter, digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.model.visible_text import counted, in_one_line, shell_word, shown_path
 from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
-from scbm.nodes.buses.bus import USE_RCLPY
 from scbm.nodes.cases_over_nodes import NodeTester
 from scbm.nodes.limited_warnings import LimitedWarnings
-from scbm.nodes.links.goals import BUSY
 from scbm.nodes.verbs.node_setup import bus_error, refuse_beyond_reach, warn
 from scbm.testing import Answers, Tester, find_causes
 from scbm.testing.event_logs.event_log import write_event_log
@@ -159,12 +157,11 @@ _PLAIN = {
     Lack.CHILD: "see its output above",
     Lack.UNREADABLE: "stop that process: all nodes of a cell are of one version of scbm",
     Lack.DRIVER: "start one driver of it in this domain, or correct its binding",
+    Lack.VENDOR: "use `--via rclpy`",
+    Lack.GOAL: (
+        "wait until that goal is over, or have the program that sent it cancel it; scbm cancels no goal of others"
+    ),
 }
-_BY_WORDS = {
-    USE_RCLPY: None,
-    BUSY: "wait until that goal is over, or have the program that sent it cancel it; scbm cancels no goal of others",
-}
-"""The remedies for reasons that contain these words."""
 _ON_LOOPBACK = (
     "nodes look on loopback only: a driver that uses Cyclone DDS needs `ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST`, or "
     "this command `--interface all`"
@@ -188,9 +185,6 @@ def cell_error(error: NotReadyError, asked: NodeOptions) -> InputError:
 def _remedy(reason: Reason, asked: NodeOptions) -> str | None:
     if asked.starts and reason.lack in _OF_CHILDREN:
         return _OF_CHILDREN[reason.lack]
-    for words, remedy in _BY_WORDS.items():
-        if words in reason.message:
-            return remedy
     if reason.lack is Lack.DRIVER and asked.interface == LOOPBACK and asked.via is Via.DDS:
         return f"{_PLAIN[Lack.DRIVER]}; {_ON_LOOPBACK}"
     if reason.lack in _PLAIN:

@@ -18,7 +18,6 @@ from scbm.cases.trace import SENT, InjectionApplied, PlanReceived
 from scbm.files import read_model
 from scbm.model import Outcome
 from scbm.nodes import BusError, Lack, LostError, NodeRun, NotReadyError, Reason
-from scbm.nodes.links.goals import BUSY
 from scbm.running.simulation import Simulated
 from scbm.store import read_history
 from scbm.testing.real_drivers import GoalFate
@@ -278,7 +277,7 @@ def test_an_interruption_is_reported_in_json(
         NotReadyError([Reason(Lack.CHILD, "why")]),
         NotReadyError([Reason(Lack.CHILD, "why\n\x1b[2J")]),
         BusError("why\n\x1b[2J", "remedy"),
-        NotReadyError([Reason(Lack.DRIVER, f"`scan` is not reached: `/scan` {BUSY} 7 of another program")]),
+        NotReadyError([Reason(Lack.GOAL, "`scan` is not reached: `/scan` is busy with goal 7 of another program")]),
     ],
     ids=["child", "child-with-controls", "bus", "busy"],
 )

@@ -10,7 +10,7 @@ from cyclonedds.core import Policy
 from msgspec import Struct
 
 from scbm.files import nearest
-from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Unmatched
+from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Unmatched, UnmatchedKind
 from scbm.nodes.buses.dds import dds_names
 from scbm.nodes.buses.dds.raw_samples import delete, refused_policy
 from scbm.nodes.buses.dds.vendors import why_not_callable
@@ -140,23 +140,24 @@ def why_unmatched(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known
         if endpoint.role is wish.role and endpoint.topic == wish.dds_topic
     ]
     if found:
-        why = next((why for why in found if why is not None), None)
-        return None if why is None else Unmatched(why, is_mismatch=True)
+        return next((reason for reason in found if reason is not None), None)
     hint = next((hint for wish in wishes if (hint := _elsewhere(wish, there, known))), None)
-    return None if hint is None else Unmatched(hint, is_mismatch=False)
+    return None if hint is None else Unmatched(hint)
 
 
-def _why_not(wish: WantedEndpoint, endpoint: Endpoint) -> str | None:
+def _why_not(wish: WantedEndpoint, endpoint: Endpoint) -> Unmatched | None:
     """Return why an endpoint with the right name is not matched, or matched and of no use."""
     if wish.who == SERVER and (why := why_not_callable(wish.name, endpoint.guid)) is not None:
-        return why
+        return Unmatched(why, UnmatchedKind.OTHER_VENDOR)
     type_ = dds_names.ros_type(endpoint.type)
     if type_ != wish.type:
-        return f"`{wish.name}` has a {wish.who} of type {type_}, and not {wish.type}"
+        why = f"`{wish.name}` has a {wish.who} of type {type_}, and not {wish.type}"
+        return Unmatched(why, UnmatchedKind.MISMATCH)
     reason = next(_differences(wish, endpoint.qos), None)
     if reason is None and wish.policy:
         reason = f"its {_POLICIES.get(wish.policy, f'policy {wish.policy}')} is incompatible with that of scbm"
-    return None if reason is None else f"`{wish.name}` has a {wish.who}, but {reason}"
+    why = f"`{wish.name}` has a {wish.who}, but {reason}"
+    return None if reason is None else Unmatched(why, UnmatchedKind.MISMATCH)
 
 
 _POLICIES = {

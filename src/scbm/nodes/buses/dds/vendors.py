@@ -5,8 +5,6 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from scbm.nodes.buses.bus import USE_RCLPY
-
 if TYPE_CHECKING:
     from uuid import UUID
 
@@ -37,7 +35,7 @@ def is_callable(guid: UUID) -> bool:
 def why_not_callable(service: str, guid: UUID) -> str | None:
     """Return why plain DDS cannot call a service that this vendor serves; `None` if it can."""
     vendor, layout = _vendor(guid)
-    why = f"`{service}` is served through {vendor}, whose services plain DDS cannot call; {USE_RCLPY}"
+    why = f"`{service}` is served through {vendor}, whose services plain DDS cannot call"
     return why if layout is ServiceLayout.OTHER else None
 
 
