@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "src"), str(Path(__file__).parent)]
 
-from page_parts import complete_page  # noqa: E402 - it is in this folder
+from page_parts import complete_page, link_rules  # noqa: E402 - it is in this folder
 
 project = "scbm"
 author = "The scbm developers"
@@ -105,8 +105,8 @@ def _document_constants(_app: object) -> None:
 
 
 def _complete_page(_app: object, _page: str, source: list[str]) -> None:
-    """Replace the marks of a page by what is generated."""
-    source[0] = complete_page(source[0])
+    """Replace the marks of a page by what is generated, and let numbers of rules lead to the rules."""
+    source[0] = link_rules(complete_page(source[0]))
 
 
 def setup(app: Sphinx) -> None:

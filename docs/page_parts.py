@@ -41,6 +41,11 @@ MAPPINGS = {
 """The mappings of files, by the names that their schemas have."""
 
 _MARK = re.compile(r"^<!-- generated: (\w+) ?(.*?) -->$", re.MULTILINE)
+_RULE = re.compile(r"^(?=\*\*(\d+)\.(\d+))", re.MULTILINE)
+"""The beginning of a rule of the semantics."""
+_RULES_LINK = re.compile(r"\[semantics\]\([\w./#-]*\) (\d+\.\d+(?:, \d+\.\d+)*)")
+"""A link to the semantics, and the numbers of the rules that are meant."""
+
 _BEGINNING = re.compile(r'"""[^"\\]*"""\n')
 """A docstring that a module begins with."""
 
@@ -48,6 +53,16 @@ _BEGINNING = re.compile(r'"""[^"\\]*"""\n')
 def complete_page(text: str) -> str:
     """Return a page with its generated parts."""
     return _MARK.sub(lambda mark: PARTS[mark[1]](mark[2]), text)
+
+
+def link_rules(text: str) -> str:
+    """Return a page in which each rule of the semantics can be linked to, and the numbers of rules are such links."""
+    return _RULES_LINK.sub(_rule_links, _RULE.sub(r"(rule-\1-\2)=\n", text))
+
+
+def _rule_links(link: re.Match[str]) -> str:
+    first, *others = (f"[{number}](#rule-{number.replace('.', '-')})" for number in link[1].split(", "))
+    return ", ".join([first.replace("[", "[semantics ", 1), *others])
 
 
 def _keys(mapping: str) -> str:
