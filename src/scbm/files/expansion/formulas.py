@@ -108,8 +108,36 @@ def _number(number: int, like: Token) -> SyntaxTree:
     return term
 
 
+class UndecidedFormula(Formula):
+    """A part with an error: the word `true` in ground trees, so that it decides neither choices nor other parts."""
+
+    parameters = frozenset()
+    is_static = False
+
+    def __init__(self, tree: SyntaxTree) -> None:
+        """Take the lifted syntax tree, whose place the word has."""
+        self._tree = _as_word(True, tree)
+
+    def ground(self, choice: Choice) -> GroundTree:  # noqa: ARG002 - the same for all choices
+        """Return the word."""
+        return self._tree
+
+
+def _as_word(truth: bool, like: SyntaxTree) -> GroundTree:  # noqa: FBT001 - it is what the word is
+    """Return `true` or `false` as a predicate that stands where `like` stands."""
+    text, meta = str(truth).lower(), like.meta
+    word = Token(text.upper(), text, meta.start_pos, end_pos=meta.end_pos)
+    return GroundTree(Tree("bare", [Tree("term", [word], meta)], meta), len(text))
+
+
 class CompoundFormula(Formula):
-    """A formula of others."""
+    """A formula of others.
+
+    Attributes:
+        is_empty: whether it is about objects of types without any.
+    """
+
+    is_empty = False
 
     def __init__(self, tree: SyntaxTree, operands: Sequence[Formula]) -> None:
         """Take the lifted syntax tree, whose place ground trees have, and the formulas of its parts."""
@@ -224,6 +252,7 @@ class BoundFormula(CompoundFormula):
         super().__init__(tree, (body,))
         self.parameters -= frozenset(bound.objects)
         self.least *= bound.count
+        self.is_empty = not bound.count
         self._bound = bound
 
     def _instances(self, choice: Choice) -> Iterator[Ground]:
@@ -425,8 +454,4 @@ class SentenceFormula(Formula):
         return GroundTree(Tree(self._tree.data, children, self._tree.meta), characters)
 
     def _as_tree(self, ground: Ground) -> GroundTree:
-        if isinstance(ground, GroundTree):
-            return ground
-        text, meta = str(ground).lower(), self._tree.meta
-        word = Token(text.upper(), text, meta.start_pos, end_pos=meta.end_pos)
-        return GroundTree(Tree("bare", [Tree("term", [word], meta)], meta), len(text))
+        return ground if isinstance(ground, GroundTree) else _as_word(ground, self._tree)

@@ -37,7 +37,7 @@ def expand_handshakes(document: YamlNode, report: ErrorCollector) -> YamlNode:
     operations = document.get("operations")
     if operations is None:
         return document
-    handshakes = {entry.key: Handshake(entry, document) for entry in entries_of(operations) if _requests(entry.node)}
+    handshakes = {e.key: Handshake(e, document) for e in entries_of(operations) if "request" in e.node.items}
     if not handshakes:
         return document
     expanded = with_entries(
@@ -61,12 +61,6 @@ def misses_requests(document: YamlNode) -> bool:
     known = resources.items if resources is not None else {}
     requests = (node.get("request") for node in (operations.items.values() if operations is not None else ()))
     return any(request is not None and request.text not in known for request in requests)
-
-
-def _requests(operation: YamlNode) -> bool:
-    """Return whether an operation names a resource under `request`."""
-    request = operation.get("request")
-    return request is not None and request.text is not None and request.plain is not None
 
 
 # operations

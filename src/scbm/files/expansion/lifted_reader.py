@@ -27,6 +27,7 @@ from scbm.files.expansion.formulas import (
     NegatedFormula,
     QuantifiedFormula,
     SentenceFormula,
+    UndecidedFormula,
     relation_holds,
 )
 from scbm.files.expansion.lifted_names import IndexSlot, LiftedToken, NameSlot, ObjectSlot
@@ -73,7 +74,7 @@ class LiftedAction(NamedTuple):
 
 
 class LiftedReader:
-    """Reads one text in one scope. Errors are noted, and the part where they are becomes `true`.
+    """Reads one text in one scope. Errors are noted, and the part where they are is an `UndecidedFormula`.
 
     Attributes:
         is_lifted: whether the text has a quantifier, an index, or anything else that the objects replace.
@@ -134,7 +135,12 @@ class LiftedReader:
     # connectives
 
     def predicate(self, tree: SyntaxTree) -> Formula:
-        """Return the predicate of a tree."""
+        """Return the predicate of a tree; a part with an error decides nothing, so that the others are checked."""
+        noted, formula = self._noted, self._part(tree)
+        hides = formula.is_static or not isinstance(formula, CompoundFormula) or formula.is_empty
+        return UndecidedFormula(tree) if self._noted > noted and hides else formula
+
+    def _part(self, tree: SyntaxTree) -> Formula:
         if tree.data == "predicate":
             return self.predicate(_child(tree, 0))
         compound = _COMPOUND.get(tree.data)
@@ -276,11 +282,6 @@ class LiftedReader:
 
     def _static(self, tree: SyntaxTree) -> Formula | None:
         """Return what is about objects, or has parameters of its own; `None` for an atom that reads variables."""
-        noted, found = self._noted, self._found(tree)
-        is_decided = isinstance(found, (EqualityFormula, TableFormula, IntegerFormula)) or tree.data == "member"
-        return ConstantFormula(True) if found is not None and is_decided and self._noted > noted else found
-
-    def _found(self, tree: SyntaxTree) -> Formula | None:
         match tree.data:
             case "quantified":
                 return QuantifiedFormula(tree, *self._quantifier(tree))

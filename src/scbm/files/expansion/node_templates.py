@@ -22,7 +22,7 @@ from scbm.files.expansion.expanded_nodes import (
     with_entries,
 )
 from scbm.files.expansion.lifted_reader import LiftedReader
-from scbm.files.expansion.object_formulas import ConstantFormula
+from scbm.files.expansion.object_formulas import ConstantFormula, Formula
 from scbm.files.expansion.stage_keys import BY_VARIABLE, KINDS_BELOW
 from scbm.files.language.syntax import SyntaxFault, refuse_depth
 from scbm.files.spelling import suggestion
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scbm.files.expansion.lifted_names import LiftedScope
-    from scbm.files.expansion.object_formulas import Choice, Formula, GroundTree
+    from scbm.files.expansion.object_formulas import Choice, GroundTree
     from scbm.files.expansion.stage_keys import NodeKind
     from scbm.files.language.syntax import Start, SyntaxTree
     from scbm.files.yaml.error_collector import ErrorCollector
@@ -121,6 +121,8 @@ class ScalarTemplate(NodeTemplate):
         self.lifted = node
         self.is_wrong = False
         self.is_plain = False
+        self._is_too_large = False
+        self._has_fault = False
         self._report = report
         self._limit = scope.names.limit
 
@@ -136,9 +138,11 @@ class ScalarTemplate(NodeTemplate):
         reader = LiftedReader(self._written.text, scope, self.note)
         tree = reader.tree(start)
         found = None if tree is None else read(reader, tree)
-        if tree is not None and not reader.is_lifted:
+        if tree is not None and not reader.is_lifted and not self.is_wrong:
             self.is_plain = True
             self.lifted = replace(self.lifted, scalar=ParsedScalar(self._written, tree))
+        if isinstance(found, Formula):
+            self.is_wrong = self._is_too_large  # other wrong parts decide nothing, and the rest is read
         return found
 
     @property
@@ -152,6 +156,7 @@ class ScalarTemplate(NodeTemplate):
             self._report.warn(slug, message, self._written.stretch(begin, end), remedy)
             return
         self.is_wrong = True
+        self._is_too_large = self._is_too_large or slug is Slug.TOO_MANY_INSTANCES
         if message:
             self._report.add(slug, message, self._written.stretch(begin, end), remedy)
 
@@ -172,15 +177,18 @@ class ScalarTemplate(NodeTemplate):
             self._limit.expect_characters(instances * self.least, 0, len(self._written.text))
         except SyntaxFault as fault:
             self.note_fault(fault)
+            self.is_wrong = True
 
     def note_fault(self, fault: SyntaxFault) -> None:
-        """Note the error of a part that cannot be expanded. Raises `InputError` if the file is too large as a whole."""
-        self.note(fault.slug, fault.message, fault.begin, fault.end, fault.remedy)
+        """Note the first part that cannot be expanded. Raises `InputError` if the file is too large as a whole."""
+        if not self._has_fault:
+            self._report.add(fault.slug, fault.message, self._written.stretch(fault.begin, fault.end), fault.remedy)
+        self._has_fault = True
         if self._limit.is_exceeded:
             raise self._report.error()
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
-        """Return the ground node; after an error one without a text, of the same shape."""
+        """Return the ground node; for a text that cannot be read or expanded one without a text, of the same shape."""
         if self.is_plain and not self.is_wrong:
             return [self.lifted]
         if not self.is_wrong:
@@ -234,9 +242,9 @@ class PredicateTemplate(NodeTemplate):
         elements = node.elements if isinstance(node.plain, list) else [node]
         self._parts = [ConditionTemplate(element, scope, report, is_static=is_static) for element in elements]
 
-    def conjuncts(self) -> Iterator[Formula]:
-        """Yield the conjuncts of the predicates; those with errors count as true."""
-        return (each for part in self._parts for each in part.formula.conjuncts())
+    def conditions(self) -> Iterator[Formula]:
+        """Yield the conjuncts that read no variable and have no error: they decide which choices there are."""
+        return (each for part in self._parts for each in part.formula.conjuncts() if each.is_static)
 
     def expect(self, instances: int) -> None:
         """Count the predicates without those that a choice may decide."""
@@ -301,6 +309,7 @@ class ActionTemplate(ScalarTemplate):
                 choices = [inner for outer in choices for inner in bound.choices(outer)]
         except SyntaxFault as fault:
             self.note_fault(fault)
+            self.is_wrong = True
             choices = [choice]
         ground = super().nodes
         return [node for each in choices for node in ground(each)]

@@ -214,7 +214,7 @@ class _ObjectStage:
             remedy = f"write `{entry.key}[r in robot]`, or move the condition to the guard, or to a goal itself"
             self._report.add(Slug.NOT_STATIC, message, entry.node.key_places["where"], remedy)
             return node, []
-        return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conjuncts()]
+        return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conditions()]
 
     def _choices(self, section: str, key: LiftedKey, conditions: list[Formula]) -> list[tuple[str, ...]]:
         try:
@@ -335,7 +335,7 @@ def _conditions_of_guard(template: NodeTemplate) -> list[Formula]:
     """Return the conjuncts of the guard of an entry that read no variable: they exclude choices as `where` does."""
     guards = (template.below("pre", "g"), *(template.below(key) for key in _GUARDS if template.below("pre") is None))
     guard = next((each for each in guards if isinstance(each, PredicateTemplate)), None)
-    return [] if guard is None else [formula for formula in guard.conjuncts() if formula.is_static]
+    return [] if guard is None else [*guard.conditions()]
 
 
 def _is_type(domain: str) -> bool:

@@ -182,7 +182,7 @@ class _WaiverStage:
             remedy = "write for example `obligation: move[r in robot]/failed`, or leave out `where`"
             self._report.add(Slug.NOT_STATIC, message, waiver.key_places["where"], remedy)
             return node, []
-        return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conjuncts()]
+        return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conditions()]
 
     def _is_unknown(self, obligation: YamlNode, text: str, base: str, rest: str, *, is_lifted: bool) -> bool:
         """Return whether an obligation of no entry with parameters is an error, which is noted."""
