@@ -12,6 +12,9 @@ T = TypeVar("T")
 GUARD_S = 600.0
 """After so long something hangs, on a busy machine too. No test waits for it."""
 
+LINE_GUARD_S = 120.0
+"""After so long a process does not print the line that a test expects. A test that fails waits for it."""
+
 PAGE_GUARD_S = 120.0
 """After so long a page has not what a test expects. A test that fails waits for it, so it is shorter."""
 

@@ -18,7 +18,7 @@ from queue import Empty, Queue
 from threading import Thread
 from typing import IO, Any
 
-from support.loops import GUARD_S
+from support.loops import GUARD_S, LINE_GUARD_S
 
 PATIENCE = ("--wait", "10 min")
 """Nodes come when their processes have started; no test waits so long for one that comes."""
@@ -87,7 +87,7 @@ class NodeProcess:
         for thread in self._threads:
             thread.start()
 
-    def says(self, pattern: str, guard_s: float = GUARD_S) -> re.Match[str]:
+    def says(self, pattern: str, guard_s: float = LINE_GUARD_S) -> re.Match[str]:
         """Waits for a line of stdout that matches as a whole; those before it are left behind."""
         until = time.monotonic() + guard_s
         try:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from queue import Queue
+from queue import Empty, Queue
 from threading import Thread
 
 import pytest
 
 from support.domains import LOOPBACK
-from support.loops import GUARD_S
+from support.loops import LINE_GUARD_S
 
 SOURCES = Path(__file__).parents[1] / "peers"
 TOOLS = ("cc", "idlc")
@@ -84,11 +85,18 @@ class Peer:
         self.process.wait()
         self._reader.join()
 
-    def says(self, *texts: str, guard_s: float = GUARD_S) -> None:
-        """Waits for these lines of output, in any order, and drops the lines between them. Fails if the peer ends."""
+    def says(self, *texts: str, guard_s: float = LINE_GUARD_S) -> None:
+        """Wait for these lines of output, in any order, and drop the lines between them.
+
+        Fail if the peer ends, or does not print them in time.
+        """
         received: list[str] = []
+        until = time.monotonic() + guard_s
         while not all(text in received for text in texts):
-            line = self._lines.get(timeout=guard_s)
+            try:
+                line = self._lines.get(timeout=max(0.0, until - time.monotonic()))
+            except Empty:
+                raise AssertionError(f"for {guard_s:g} s the peer printed {received}, and not {texts}") from None
             if line is None:
                 raise AssertionError(f"the peer ended, and its output was {received} instead of {texts}")
             received.append(line)
