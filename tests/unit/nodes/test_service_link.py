@@ -10,7 +10,7 @@ from time import monotonic_ns
 import pytest
 
 from scbm.model import Reference, Resource, Value
-from scbm.nodes.bindings.ros_binding import Interval, RosBinding, ServiceCall, ServiceChoice
+from scbm.nodes.bindings.ros_binding import CallChoice, Interval, RosBinding, ServiceCall
 from scbm.nodes.buses.bus import Answered, BusError, Client, Service, UnmatchedKind
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.links.link import Correlation, LinkContext
@@ -35,7 +35,7 @@ ADDING = ServiceCall(
     ),
 )
 DATA = path_to(SET_BOOL.request)
-LIGHT = ServiceChoice(
+LIGHT = CallChoice(
     "light",
     (
         ("on", ServiceCall("/light", SET_BOOL, ((DATA, True),), SUCCESS)),
@@ -45,7 +45,7 @@ LIGHT = ServiceChoice(
 )
 
 
-def resource(requests: ServiceCall | ServiceChoice) -> Resource:
+def resource(requests: ServiceCall | CallChoice) -> Resource:
     return Resource("scanner", ("light", "shelf"), ("zone", "code"), binding=RosBinding({}, requests))
 
 
@@ -77,7 +77,7 @@ class Harness:
     complaints: list[str]
 
     @staticmethod
-    def of(requests: ServiceCall | ServiceChoice, prepare: Callable[[Driver], object] = lambda _: None) -> Harness:
+    def of(requests: ServiceCall | CallChoice, prepare: Callable[[Driver], object] = lambda _: None) -> Harness:
         hub = LoopbackHub()
         driver, heard, complaints = Driver(hub), Heard(), list[str]()
         prepare(driver)

@@ -38,7 +38,7 @@ class ActionKeys(Keys):
             return None
         place = self.node.items["type"].place
         if self.name is not None:
-            shared.note_action(self.name, kind, place)
+            shared.note("action", self.name, kind, place)
         goals = FieldReader(self.reader, kind.goal, f"a goal of `{kind.name}`")
         results = FieldReader(self.reader, kind.result, f"a result of `{kind.name}`")
         feedback = FieldReader(self.reader, kind.feedback, f"feedback of `{kind.name}`")

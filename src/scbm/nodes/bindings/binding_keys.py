@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.files.codec.key_types import INTERFACES, NAME_NODE, MappingType, NamesType
 from scbm.files.codec.keys import Key, Keys
@@ -15,16 +15,15 @@ from scbm.model.predicates import Constant
 from scbm.model.sources import inputs, moved, published_by
 from scbm.model.values import format_value
 from scbm.nodes.bindings.action_keys import ActionKeys
-from scbm.nodes.bindings.field_values import is_carried, read_variable_value
+from scbm.nodes.bindings.field_values import is_carried, listed_values, read_variable_value
 from scbm.nodes.bindings.reading_keys import MeasuredTopicKeys
 from scbm.nodes.bindings.ros_binding import (
     ActionCall,
-    ActionChoice,
+    CallChoice,
     MeasuredTopic,
     RequestBinding,
     RosBinding,
     ServiceCall,
-    ServiceChoice,
     TopicPair,
 )
 from scbm.nodes.bindings.ros_names import ROS_NAME, SharedNames
@@ -50,14 +49,9 @@ if TYPE_CHECKING:
     _Calls: TypeAlias = (
         tuple[Entry[tuple[Entry[ServiceKeys], ...]], ...] | tuple[Entry[tuple[Entry[ActionKeys], ...]], ...]
     )
-    _Chosen: TypeAlias = tuple[str, tuple[tuple[Value, Any], ...]]
-    """A variable, and for each value a service, or for each value an action."""
 
 _PLAIN = re.compile(r"[A-Za-z_/][\w./]*|-?\d+", re.ASCII)
 """The texts that need no quotes; a key that is a number is one of these, too."""
-
-_MAX_SHOWN = 8
-"""The maximum number of values that one message lists."""
 
 
 class TopicsKeys(Keys):
@@ -71,7 +65,7 @@ class TopicsKeys(Keys):
         for key, name in (("request", self.request), ("reply", self.reply)):
             if name is not None:
                 place = self.node.items[key].place
-                shared.note_topic(name, STRING, place)
+                shared.note("topic", name, STRING, place)
                 if key == "request" or name != self.request:
                     shared.note_use(name, place, is_of_pair=True)
         if self.request is None or self.reply is None:
@@ -255,17 +249,15 @@ class BindingReader:
 
     # services and actions chosen by a variable
 
-    def choice(self, resource: Resource, keys: RosKeys) -> ServiceChoice | None:
+    def services(self, resource: Resource, keys: RosKeys) -> CallChoice | None:
         """Return the services for the values of a variable; `None` if there are none, or they are wrong."""
-        chosen = self._choice(resource, keys, "services", keys.services or ())
-        return None if chosen is None else ServiceChoice(*chosen)
+        return self._choice(resource, keys, "services", keys.services or ())
 
-    def action_choice(self, resource: Resource, keys: RosKeys) -> ActionChoice | None:
+    def actions(self, resource: Resource, keys: RosKeys) -> CallChoice | None:
         """Return the actions for the values of a variable; `None` if there are none, or they are wrong."""
-        chosen = self._choice(resource, keys, "actions", keys.actions or ())
-        return None if chosen is None else ActionChoice(*chosen)
+        return self._choice(resource, keys, "actions", keys.actions or ())
 
-    def _choice(self, resource: Resource, keys: RosKeys, key: str, variables: _Calls) -> _Chosen | None:
+    def _choice(self, resource: Resource, keys: RosKeys, key: str, variables: _Calls) -> CallChoice | None:
         section = keys.node.get(key)
         if section is None or not isinstance(section.plain, dict):
             return None
@@ -284,7 +276,7 @@ class BindingReader:
         what: str,
         *,
         is_only: bool,
-    ) -> _Chosen | None:
+    ) -> CallChoice | None:
         """Return what is called for the values of one variable; it is read even if the variable cannot be."""
         carried = is_carried(self._reader, entry.name, resource, entry.place)
         variable = self._reader.scope.variables.get(entry.name) if carried else None
@@ -295,7 +287,7 @@ class BindingReader:
             calls += [] if value is None or call is None else [(value, call)]
         if variable is not None and is_only and isinstance(entry.node.plain, dict) and not entry.node.incomplete:
             self._refuse_unbound(resource, variable, tuple(entry.node.items), entry.place, what)
-        return (entry.name, tuple(calls)) if carried else None
+        return CallChoice(entry.name, tuple(calls)) if carried else None
 
     def _refuse_unbound(
         self, resource: Resource, variable: Variable, bound: tuple[str, ...], place: Place, what: str
@@ -307,9 +299,7 @@ class BindingReader:
             missing = [text for text in sent if text not in known]
             if missing:
                 known |= dict.fromkeys(missing)
-                listed = ", ".join(f"`{text}`" for text in missing[:_MAX_SHOWN])
-                listed += ", …" if len(missing) > _MAX_SHOWN else ""
-                message = f"no {what} is bound to {listed}, which {sender} assigns to `{variable.name}`"
+                message = f"no {what} is bound to {listed_values(missing)}, which {sender} assigns to `{variable.name}`"
                 remedy = f"add `{missing[0]}: {{name: …, type: …}}`"
                 self._reader.add(Slug.UNBOUND_REQUEST, message, place, remedy)
 
@@ -348,9 +338,9 @@ class BindingReader:
 
 REQUEST_KEYS: dict[str, Callable[[BindingReader, Resource, RosKeys], RequestBinding | None]] = {
     "service": BindingReader.service,
-    "services": BindingReader.choice,
+    "services": BindingReader.services,
     "action": BindingReader.action,
-    "actions": BindingReader.action_choice,
+    "actions": BindingReader.actions,
     "topics": BindingReader.pair,
 }
 """The keys of `RosKeys` that say where requests go, with what reads them; a binding has one of them at most."""

@@ -16,7 +16,7 @@ from scbm.nodes.types.definitions import ListShape, MessageDefinition, Primitive
 from scbm.nodes.types.field_paths import FieldPath, read_path
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from scbm.files.codec.keys import Data, Definitions, ShapeCheck, Spot
     from scbm.files.codec.value_reader import Entry, ValueReader
@@ -257,8 +257,7 @@ class FieldReader:
         """Note values of a variable for which a field would get nothing."""
         missing = [text for text in map(format_value, variable.domain.values) if text not in section.items]
         if missing:
-            listed = ", ".join(f"`{text}`" for text in missing[:_MAX_SHOWN]) + (", …" if missing[_MAX_SHOWN:] else "")
-            message = f"`values` says nothing for {listed} of `{variable.name}`"
+            message = f"`values` says nothing for {listed_values(missing)} of `{variable.name}`"
             self._reader.add(Slug.UNBOUND_REQUEST, message, section.place, f"add `{missing[0]}: …`")
 
     # responses
@@ -276,6 +275,11 @@ class FieldReader:
             value = self.value(entry.node, path, path.shape)
             if value is not None:
                 yield path, value
+
+
+def listed_values(values: Sequence[str]) -> str:
+    """Return the first values, in words."""
+    return ", ".join(f"`{text}`" for text in values[:_MAX_SHOWN]) + (", …" if values[_MAX_SHOWN:] else "")
 
 
 def _first(definition: MessageDefinition) -> str:

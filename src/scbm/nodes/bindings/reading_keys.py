@@ -304,6 +304,6 @@ class MeasuredTopicKeys(ReadingKeys):
     def _note(self, topic: str | None, kind: MessageDefinition, shared: SharedNames) -> None:
         if topic is None:
             return
-        shared.note_topic(topic, kind, self.node.items["type"].place)
+        shared.note("topic", topic, kind, self.node.items["type"].place)
         if kind == STRING:
             shared.note_use(topic, self.node.items["topic"].place, is_of_pair=False)

@@ -15,6 +15,7 @@ from scbm.nodes.types.definitions import STRING, Scalar
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from scbm.cases.trace import Changes
     from scbm.model import Resource
     from scbm.model.values import Value
     from scbm.nodes.types.definitions import ActionDefinition, MessageDefinition, ServiceDefinition
@@ -129,7 +130,11 @@ class RequestBinding(Struct, frozen=True):
     @property
     def readings(self) -> tuple[Reading, ...]:
         """How fields of replies are converted into values."""
-        return tuple(reading for call in self.services for reading in call.measured)
+        return tuple(reading for call in (*self.services, *self.actions) for reading in call.readings)
+
+    def call_for(self, _: Changes) -> RequestBinding | None:
+        """Return where a request goes that carries these values; `None` if it cannot be sent."""
+        return self
 
 
 class ServiceCall(RequestBinding, frozen=True):
@@ -154,17 +159,10 @@ class ServiceCall(RequestBinding, frozen=True):
         """A tuple with this service alone."""
         return (self,)
 
-
-class ServiceChoice(RequestBinding, frozen=True):
-    """One service for each value of a variable that the request carries. A value without a service cannot be sent."""
-
-    variable: str
-    calls: tuple[tuple[Value, ServiceCall], ...]
-
     @property
-    def services(self) -> tuple[ServiceCall, ...]:
-        """The services of all values."""
-        return tuple(call for _, call in self.calls)
+    def readings(self) -> tuple[Reading, ...]:
+        """How fields of responses are converted into values."""
+        return self.measured
 
 
 class ActionCall(RequestBinding, frozen=True):
@@ -197,21 +195,25 @@ class ActionCall(RequestBinding, frozen=True):
         return (*self.measured, *self.feedback)
 
 
-class ActionChoice(RequestBinding, frozen=True):
-    """One action for each value of a variable that the request carries. A value without an action cannot be sent."""
+class CallChoice(RequestBinding, frozen=True):
+    """A service or an action for each value of a variable that the request carries; other values cannot be sent."""
 
     variable: str
-    calls: tuple[tuple[Value, ActionCall], ...]
+    calls: tuple[tuple[Value, ServiceCall | ActionCall], ...]
+
+    @property
+    def services(self) -> tuple[ServiceCall, ...]:
+        """The services of all values."""
+        return tuple(call for _, call in self.calls if isinstance(call, ServiceCall))
 
     @property
     def actions(self) -> tuple[ActionCall, ...]:
         """The actions of all values."""
-        return tuple(call for _, call in self.calls)
+        return tuple(call for _, call in self.calls if isinstance(call, ActionCall))
 
-    @property
-    def readings(self) -> tuple[Reading, ...]:
-        """How fields of results and feedback are converted into values."""
-        return tuple(reading for _, call in self.calls for reading in call.readings)
+    def call_for(self, values: Changes) -> RequestBinding | None:
+        """Return the service or action for the value of the variable; `None` if there is none."""
+        return dict(self.calls).get(dict(values)[self.variable])
 
 
 class TopicPair(RequestBinding, frozen=True):

@@ -117,18 +117,6 @@ class SharedNames:
             if kind == STRING:
                 self._uses.setdefault(name, _TopicUse(where, name in pair))
 
-    def note_topic(self, name: str, kind: MessageDefinition, place: Place) -> None:
-        """Note a topic; an error if it has another type elsewhere."""
-        self._note("topic", name, kind, place)
-
-    def note_service(self, name: str, kind: ServiceDefinition, place: Place) -> None:
-        """Note a service; an error if it has another type elsewhere."""
-        self._note("service", name, kind, place)
-
-    def note_action(self, name: str, kind: ActionDefinition, place: Place) -> None:
-        """Note an action; an error if it has another type elsewhere."""
-        self._note("action", name, kind, place)
-
     def note_use(self, name: str, place: Place, *, is_of_pair: bool) -> None:
         """Note a use of a topic of texts; an error if it is shared and cannot be.
 
@@ -147,7 +135,8 @@ class SharedNames:
                 return
             self._reader.add(Slug.BAD_BINDING, f"`{name}` {carries} {before.where}, too", place, remedy)
 
-    def _note(self, what: str, name: str, kind: _Definition, place: Place) -> None:
+    def note(self, what: str, name: str, kind: _Definition, place: Place) -> None:
+        """Note a `topic`, `service` or `action`; an error if it has another type elsewhere."""
         before, where = self._types.setdefault((what, name), (kind, f"in line {place.line}"))
         if before == kind:
             return

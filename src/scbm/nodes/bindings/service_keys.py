@@ -61,7 +61,7 @@ class ServiceKeys(Keys):
             return None
         place = self.node.items["type"].place
         if name is not None:
-            shared.note_service(name, kind, place)
+            shared.note("service", name, kind, place)
         requests = FieldReader(self.reader, kind.request, f"a request of `{kind.name}`")
         responses = FieldReader(self.reader, kind.response, f"a response of `{kind.name}`")
         return ServiceCall(

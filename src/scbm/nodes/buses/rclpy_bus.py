@@ -324,11 +324,10 @@ def _class(name: str) -> Foreign:
     package, kind, short = name.split("/")
     action, _, part = short.rpartition("_") if kind == "action" else (short, "", "")
     try:
+        whole = getattr(import_module(f"{package}.{kind}"), action)
         if part in _PARTS_OF_ACTIONS:
-            return getattr(getattr(import_module(f"{package}.{kind}"), action).Impl, _PARTS_OF_ACTIONS[part])
-        if part:
-            return getattr(getattr(import_module(f"{package}.{kind}"), action), part)
-        return getattr(import_module(f"{package}.{kind}"), short)
+            return getattr(whole.Impl, _PARTS_OF_ACTIONS[part])
+        return getattr(whole, part) if part else whole
     except (ImportError, AttributeError) as error:
         raise _error(f"this ROS 2 has no type {name}: {error}", f"source the workspace that has `{package}`") from error
 

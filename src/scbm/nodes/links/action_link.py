@@ -13,7 +13,7 @@ from uuid import UUID
 
 from msgspec import Struct, field
 
-from scbm.nodes.bindings.ros_binding import ActionCall, ActionChoice, binding_of, request_values
+from scbm.nodes.bindings.ros_binding import ActionCall, binding_of, request_values
 from scbm.nodes.buses.bus import BusError, Service, Topic, Unmatched, UnmatchedKind
 from scbm.nodes.links.goals import (
     CANCEL_TOO_LATE,
@@ -26,8 +26,7 @@ from scbm.nodes.links.goals import (
     statuses_of,
 )
 from scbm.nodes.links.link import Measurement, PresenceMonitor, Reply
-from scbm.nodes.links.measured_topics import value_of
-from scbm.nodes.links.service_link import has_value
+from scbm.nodes.links.measured_topics import outcome_of, values_of
 from scbm.nodes.types.definitions import CANCEL_GOAL, GOAL_STATUS_ARRAY
 from scbm.testing.real_drivers import GoalFate
 
@@ -66,7 +65,7 @@ class ActionLink:
     def __init__(self, context: LinkContext) -> None:
         """Made once for each resource that is bound to actions, on the event loop of the bus."""
         binding = binding_of(context.resource).requests
-        assert isinstance(binding, ActionCall | ActionChoice)  # noqa: S101 - checked by the caller
+        assert binding is not None  # noqa: S101 - checked by the caller
         self._requests = binding
         self._context = context
         self._presence = PresenceMonitor(context.resource.name, context.listener, lambda: self.is_there)
@@ -86,8 +85,8 @@ class ActionLink:
 
     def send(self, request: Correlation, values: Changes) -> None:
         """Send the goal of a request, as soon as its server is there and free."""
-        call = self._call(values)
-        if call is None:
+        call = self._requests.call_for(values)
+        if not isinstance(call, ActionCall):
             asyncio.get_running_loop().call_soon(self.reply, request, self._context.now_ns())
             return
         goal = Goal(request, call, request_values(call.goal, dict(values)), goal_id(request))
@@ -107,11 +106,6 @@ class ActionLink:
         reasons = chain.from_iterable(server.troubles() for server in self._servers.values())
         lonely = (part for server in self._servers.values() for part in server.lonely())
         return Unmatched.by_all([*reasons, *map(self._context.bus.why_unmatched, lonely)])
-
-    def _call(self, values: Changes) -> ActionCall | None:
-        if isinstance(self._requests, ActionCall):
-            return self._requests
-        return dict(self._requests.calls).get(dict(values)[self._requests.variable])
 
     # callbacks of servers
 
@@ -339,11 +333,8 @@ class _ActionServer(Struct, eq=False):
         if goal is None or goal is not self.goal:
             return
         self.link.count(goal, _ENDS.get(message.status))
-        succeeded = message.status == GoalStatus.SUCCEEDED and all(
-            has_value(message.result, path, wanted) for path, wanted in goal.call.succeeded
-        )
-        readings = goal.call.measured if succeeded else ()
-        measured = tuple((reading.variable, value_of(reading, message.result)) for reading in readings)
+        is_done = message.status == GoalStatus.SUCCEEDED
+        succeeded, measured = outcome_of(goal.call, message.result) if is_done else (False, ())
         self._end(goal, answered.stamp_ns, measured, succeeded=succeeded)
 
     def _end(self, goal: Goal, stamp_ns: int, measured: Changes = (), *, succeeded: bool = False) -> None:
@@ -379,9 +370,7 @@ class _ActionServer(Struct, eq=False):
         elif not goal.is_accepted:
             self.link.warn(f"feedback for {goal.words} came before the goal was accepted, and is dropped")
         elif goal.is_wanted and goal.call.feedback:
-            readings = goal.call.feedback
-            values = tuple((reading.variable, value_of(reading, message.feedback)) for reading in readings)
-            self.link.measure(values, received.stamp_ns)
+            self.link.measure(values_of(goal.call.feedback, message.feedback), received.stamp_ns)
 
     def _has_status(self, received: Received) -> None:
         """Handle the statuses of all goals."""

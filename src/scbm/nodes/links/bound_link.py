@@ -14,10 +14,9 @@ from msgspec import Struct, structs
 from scbm.model.lazy_exports import load_named
 from scbm.nodes.bindings.ros_binding import (
     ActionCall,
-    ActionChoice,
+    CallChoice,
     RequestBinding,
     ServiceCall,
-    ServiceChoice,
     TopicPair,
     binding_of,
 )
@@ -48,9 +47,7 @@ class BoundLink:
     def __init__(self, context: LinkContext) -> None:
         """Made once for each resource, on the event loop of the bus."""
         self._resource = context.resource.name
-        self._listener = context.listener
-        self._now_ns = context.now_ns
-        self._warn = context.warn
+        self._context = context
         self._presence = PresenceMonitor(self._resource, context.listener, lambda: self.is_there)
         self._answered: deque[Correlation] = deque(maxlen=_MAX_ANSWERED)
         self._answered_twice: deque[str] = deque(maxlen=_MAX_ANSWERED)
@@ -73,8 +70,8 @@ class BoundLink:
         if self._requests is not None:
             self._requests.send(request, values)
             return
-        reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
-        asyncio.get_running_loop().call_soon(self._listener.on_reply, self._resource, reply)
+        reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._context.now_ns())
+        asyncio.get_running_loop().call_soon(self._context.listener.on_reply, self._resource, reply)
 
     def cancel(self, request: Correlation) -> None:
         """Cancel a request."""
@@ -98,17 +95,17 @@ class BoundLink:
             self._report_second_reply(reply.request)
         else:
             self._answered.append(reply.request)
-        self._listener.on_reply(resource, reply)
+        self._context.listener.on_reply(resource, reply)
 
     def _report_second_reply(self, request: Correlation) -> None:
         if request.run not in self._answered_twice:
             self._answered_twice.append(request.run)
             which = f"a second reply of `{self._resource}` to request {request.number} is dropped"
-            self._warn(f"{which}: a driver answers twice, or two drivers answer")
+            self._context.warn(f"{which}: a driver answers twice, or two drivers answer")
 
     def on_values(self, resource: str, measurement: Measurement) -> None:
         """Handle values that the resource published."""
-        self._listener.on_values(resource, measurement)
+        self._context.listener.on_values(resource, measurement)
 
     def on_presence(self, resource: str, *, is_there: bool) -> None:  # noqa: ARG002 - of a part alone
         """Handle a change of presence of a part."""
@@ -117,9 +114,8 @@ class BoundLink:
 
 LINKS: dict[type[RequestBinding], str] = {
     ActionCall: "scbm.nodes.links.action_link:ActionLink",
-    ActionChoice: "scbm.nodes.links.action_link:ActionLink",
     ServiceCall: "scbm.nodes.links.service_link:ServiceLink",
-    ServiceChoice: "scbm.nodes.links.service_link:ServiceLink",
+    CallChoice: "scbm.nodes.links.service_link:ServiceLink",  # without a service or an action
     TopicPair: "scbm.nodes.links.topic_link:bound_topic_link",
 }
 """What makes the link to a driver from its `LinkContext`, as `package.module:name`, for each kind of binding."""
@@ -127,10 +123,10 @@ LINKS: dict[type[RequestBinding], str] = {
 
 def _requests(context: LinkContext) -> Link | None:
     """Return the link that carries requests; `None` if the resource only measures."""
-    binding = binding_of(context.resource)
-    if binding.requests is None:
+    requests = binding_of(context.resource).requests
+    if requests is None:
         return None
-    kind = type(binding.requests)
+    kind = type(next(iter((*requests.services, *requests.actions)), requests))
     if kind not in LINKS:
         raise TypeError(f"no link reaches a resource by a {kind.__name__}: add one to LINKS")
     link: Link = load_named(LINKS[kind])(context)

@@ -20,15 +20,16 @@ from scbm.nodes.types.field_paths import MissingElement
 from scbm.running.simulation.excluded_values import EXCLUDED, excluded_values
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Callable, Collection, Iterable, Sequence
 
     from scbm.cases.trace import Changes, Record
     from scbm.model import Resource, Value
-    from scbm.nodes.bindings.ros_binding import MeasuredTopic, Reading
+    from scbm.nodes.bindings.ros_binding import ActionCall, MeasuredTopic, Reading, ServiceCall
     from scbm.nodes.buses.bus import Bus, Received, Subscription
     from scbm.nodes.links.link import LinkListener
     from scbm.nodes.types.cdr import Message
     from scbm.nodes.types.definitions import Scalar
+    from scbm.nodes.types.field_paths import FieldPath
     from scbm.running import Program
 
 
@@ -75,7 +76,7 @@ class MeasuredTopics:
         return [topic for topic, heard in zip(self._topics, self._subscriptions, strict=True) if not heard.peers]
 
     def _receive(self, readings: tuple[Reading, ...], received: Received) -> None:
-        values = tuple((reading.variable, value_of(reading, received.message)) for reading in readings)
+        values = values_of(readings, received.message)
         self._listener.on_values(self._resource, Measurement(values, received.stamp_ns))
 
     def _matched(self, _: int) -> None:
@@ -84,6 +85,28 @@ class MeasuredTopics:
 
 _MAX_SHOWN = MAX_LONG_TEXT // 10
 """Maximum length of a text of a driver; as JSON, with escapes, it fits into a record."""
+
+
+def values_of(readings: Iterable[Reading], message: Message) -> Changes:
+    """Return the values that fields of a message mean, with their variables."""
+    return tuple((reading.variable, value_of(reading, message)) for reading in readings)
+
+
+def outcome_of(call: ServiceCall | ActionCall, message: Message) -> tuple[bool, Changes]:
+    """Return whether a response or a result means success, and what it measures.
+
+    The other fields of one that says failed mean nothing.
+    """
+    succeeded = all(_has_value(message, path, wanted) for path, wanted in call.succeeded)
+    return succeeded, values_of(call.measured, message) if succeeded else ()
+
+
+def _has_value(message: Message, path: FieldPath, wanted: Scalar) -> bool:
+    """Return whether a field of a message is there, and has a value."""
+    try:
+        return bool(path.get(message) == wanted)
+    except MissingElement:
+        return False
 
 
 def value_of(reading: Reading, message: Message) -> Value:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from scbm.nodes.bindings.ros_binding import ServiceCall, ServiceChoice, binding_of, request_values
+from scbm.nodes.bindings.ros_binding import ServiceCall, binding_of, request_values
 from scbm.nodes.buses.bus import BusError, Service, Unmatched, UnmatchedKind
 from scbm.nodes.links.link import PresenceMonitor, Reply
-from scbm.nodes.links.measured_topics import value_of
-from scbm.nodes.types.field_paths import MissingElement
+from scbm.nodes.links.measured_topics import outcome_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,9 +18,6 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Changes
     from scbm.nodes.buses.bus import Answered, Bus, Client
     from scbm.nodes.links.link import Correlation, LinkContext
-    from scbm.nodes.types.cdr import Message
-    from scbm.nodes.types.definitions import Scalar
-    from scbm.nodes.types.field_paths import FieldPath
 
 
 class ServiceLink:
@@ -39,12 +35,10 @@ class ServiceLink:
     def __init__(self, context: LinkContext) -> None:
         """Made once for each resource that is bound to services, on the event loop of the bus."""
         binding = binding_of(context.resource)
-        self._bus = context.bus
+        self._context = context
         self._resource = context.resource.name
+        assert binding.requests is not None  # noqa: S101 - checked by the caller
         self._requests = binding.requests
-        self._listener = context.listener
-        self._warn = context.warn
-        self._now_ns = context.now_ns
         self._presence = PresenceMonitor(self._resource, context.listener, lambda: self.is_there)
         services = dict.fromkeys(Service(call.name, call.type) for call in binding.calls)
         self._lines = {service.name: _CallQueue(service, self._answered, self._lost) for service in services}
@@ -63,11 +57,11 @@ class ServiceLink:
 
     def send(self, request: Correlation, values: Changes) -> None:
         """Call the service of a request, as soon as it has a server."""
-        call = self._call(values)
-        if call is None:
-            reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
+        call = self._requests.call_for(values)
+        if not isinstance(call, ServiceCall):
+            reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._context.now_ns())
             # Later, as every reply: the sender does not expect a callback while it sends.
-            asyncio.get_running_loop().call_soon(self._listener.on_reply, self._resource, reply)
+            asyncio.get_running_loop().call_soon(self._context.listener.on_reply, self._resource, reply)
         else:
             self._lines[call.name].send(_PendingCall(request, call, request_values(call.request, dict(values))))
 
@@ -75,7 +69,7 @@ class ServiceLink:
         """Cancel a request: it is not called, or its response is dropped."""
         for line in self._lines.values():
             if line.forget(request) and (doubt := line.first_doubt()) is not None:
-                self._warn(f"request {request.number} to `{self._resource}` got no response: {doubt}")
+                self._context.warn(f"request {request.number} to `{self._resource}` got no response: {doubt}")
 
     def end_run(self) -> bool:
         """Return that nothing goes on: the run cancels its requests."""
@@ -84,36 +78,18 @@ class ServiceLink:
     def why_unmatched(self) -> Unmatched | None:
         """Return why a service has no server, if it is known, or that it has several."""
         crowded = [line.why_crowded() for line in self._lines.values()]
-        return Unmatched.by_all([*crowded, *map(self._bus.why_unmatched, self._lonely())])
+        return Unmatched.by_all([*crowded, *map(self._context.bus.why_unmatched, self._lonely())])
 
     def _lonely(self) -> list[Service]:
         return [line.service for line in self._lines.values() if not line.has_server]
 
-    def _call(self, values: Changes) -> ServiceCall | None:
-        if not isinstance(self._requests, ServiceChoice):
-            assert isinstance(self._requests, ServiceCall)  # noqa: S101 - the same
-            return self._requests
-        return dict(self._requests.calls).get(dict(values)[self._requests.variable])
-
     def _answered(self, asked: _PendingCall, answered: Answered) -> None:
-        call, message = asked.call, answered.message
-        succeeded = all(has_value(message, path, wanted) for path, wanted in call.succeeded)
-        # The other fields of a response that says failed mean nothing.
-        readings = call.measured if succeeded else ()
-        measured = tuple((reading.variable, value_of(reading, message)) for reading in readings)
+        succeeded, measured = outcome_of(asked.call, answered.message)
         reply = Reply(asked.request, succeeded, measured, answered.stamp_ns)
-        self._listener.on_reply(self._resource, reply)
+        self._context.listener.on_reply(self._resource, reply)
 
     def _lost(self, asked: _PendingCall, error: BusError) -> None:
-        self._warn(f"request {asked.request.number} to `{self._resource}` is lost: {error.message}")
-
-
-def has_value(message: Message, path: FieldPath, wanted: Scalar) -> bool:
-    """Return whether a field of a message is there, and has a value."""
-    try:
-        return bool(path.get(message) == wanted)
-    except MissingElement:
-        return False
+        self._context.warn(f"request {asked.request.number} to `{self._resource}` is lost: {error.message}")
 
 
 class _PendingCall(Struct, frozen=True):

@@ -8,7 +8,7 @@ import pytest
 
 from scbm.files import read_bindings, read_model
 from scbm.model import InputError
-from scbm.nodes.bindings.ros_binding import ActionCall, ActionChoice, RosBinding, request_values
+from scbm.nodes.bindings.ros_binding import ActionCall, CallChoice, RosBinding, request_values
 from support.wording import Wording
 
 MODEL = read_model("""
@@ -54,7 +54,7 @@ def test_an_action_for_all_requests() -> None:
 def test_an_action_for_each_value_of_a_variable() -> None:
     home = "{name: /gantry/home, type: my_robot/action/Move}"
     choice = requests_of(f"    actions:\n      target:\n        home: {home}\n        box_a:{MOVE}")
-    assert isinstance(choice, ActionChoice)
+    assert isinstance(choice, CallChoice)
     assert [(value, call.name) for value, call in choice.calls] == [("home", "/gantry/home"), ("box_a", "/gantry/move")]
 
 

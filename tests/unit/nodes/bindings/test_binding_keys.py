@@ -13,11 +13,11 @@ from ruamel.yaml import YAML
 from scbm.files import bindings_schema, digest_of, load_bindings, load_model, read_bindings, read_model, write_model
 from scbm.model import BehaviorModel, Binding, Diagnostic, InputError, Reference, Resource, Slug
 from scbm.nodes.bindings.ros_binding import (
+    CallChoice,
     Interval,
     MeasuredTopic,
     RosBinding,
     ServiceCall,
-    ServiceChoice,
     TopicPair,
     request_values,
 )
@@ -109,7 +109,7 @@ def test_services_chosen_by_a_variable() -> None:
     )
     assert resource(read_bindings(RIGHT, MODEL), "scanner").binding == RosBinding(
         {},
-        ServiceChoice("command", (("scan", trigger("/scanner/scan")), ("light", light))),
+        CallChoice("command", (("scan", trigger("/scanner/scan")), ("light", light))),
         (MeasuredTopic("/scanner/zone", STRING, reading("zone", meanings=(("CLOSE", "near"),))),),
     )
 

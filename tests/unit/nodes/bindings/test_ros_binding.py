@@ -9,12 +9,12 @@ import pytest
 from scbm.model import Binding, Reference, Resource
 from scbm.nodes.bindings.ros_binding import (
     NO_BINDING,
+    CallChoice,
     Interval,
     MappedVariable,
     MeasuredTopic,
     RosBinding,
     ServiceCall,
-    ServiceChoice,
     TopicPair,
     binding_of,
     request_values,
@@ -85,7 +85,7 @@ def test_a_binding_names_its_services_and_topics() -> None:
     scan, light = trigger("/scan"), ServiceCall("/light", SET_BOOL, ((path_to(SET_BOOL.request), True),))
     lit = MeasuredTopic("/lit", BOOL, reading("lit", BOOL))
     one = RosBinding({}, scan, (lit,))
-    choice = RosBinding({}, ServiceChoice("command", (("scan", scan), ("light", light))))
+    choice = RosBinding({}, CallChoice("command", (("scan", scan), ("light", light))))
     pair = RosBinding({}, TopicPair("/request", "/reply"), (lit,))
     assert (one.calls, choice.calls, pair.calls, NO_BINDING.calls) == ((scan,), (scan, light), (), ())
     assert list(one.topics()) == [("/lit", BOOL)]
