@@ -60,11 +60,9 @@ class _Buffer:
 
     def __init__(self, payload: bytes, skipped: int) -> None:
         """Skip bytes behind the header. Raises `BadPayloadError`."""
-        if len(payload) < len(_HEADER) or payload[0] or payload[1] not in (0, 1, 6, 7):
-            raise BadPayloadError("it is not in the plain CDR encoding")
+        self.order = _order_of(payload)
         self.data = memoryview(payload)[len(_HEADER) :]
         self.at = skipped
-        self.order = "<" if payload[1] % 2 else ">"
         self.widest = 4 if payload[1] > 1 else 8
 
     def take(self, size: int, aligned_to: int = 1) -> memoryview:
@@ -130,8 +128,17 @@ class MessageCodec:
 
 def header_of(payload: bytes, codes: str) -> tuple[int, ...]:
     """Return the numbers, by their codes in `struct`, at the beginning of a payload. Raises `BadPayloadError`."""
-    buffer = _Buffer(payload, 0)
-    return struct.unpack(buffer.order + codes, buffer.take(struct.calcsize(f"={codes}")))
+    try:
+        return struct.unpack_from(_order_of(payload) + codes, payload, len(_HEADER))
+    except struct.error:
+        raise BadPayloadError(f"{len(payload) - len(_HEADER)} bytes are too few") from None
+
+
+def _order_of(payload: bytes) -> str:
+    """Return the order of bytes of a payload, as `struct` writes it. Raises `BadPayloadError`."""
+    if len(payload) < len(_HEADER) or payload[0] or payload[1] not in (0, 1, 6, 7):
+        raise BadPayloadError("it is not in the plain CDR encoding")
+    return "<" if payload[1] % 2 else ">"
 
 
 @cache
