@@ -49,6 +49,7 @@ class LiftedKey(Struct, frozen=True):
         names: the name of each parameter; one without a name has `None`.
         rest: what follows the bracket: the state of an obligation.
         place: where the key stands.
+        is_right: whether the parameters have no errors; the type of one with an error is empty.
     """
 
     base: str
@@ -56,6 +57,7 @@ class LiftedKey(Struct, frozen=True):
     names: tuple[str | None, ...]
     rest: str
     place: Place
+    is_right: bool = True
 
     @property
     def parameters(self) -> dict[str, str]:
@@ -78,7 +80,7 @@ class LiftedKey(Struct, frozen=True):
 def lifted_key(
     text: str, place: Place, scope: LiftedScope, report: ErrorCollector, *, is_named: bool
 ) -> LiftedKey | None:
-    """Return a key with parameters; `None` for one without brackets, or after an error, which is noted.
+    """Return a key with parameters; `None` for one without brackets, or without names for its parameters. Note errors.
 
     Args:
         text: the key.
@@ -110,6 +112,7 @@ class _KeyReader(Struct):
     scope: LiftedScope
     report: ErrorCollector
     is_right: bool = True
+    is_read: bool = True
     kinds: list[str] = field(default_factory=list)
     params: list[str | None] = field(default_factory=list)
 
@@ -119,24 +122,28 @@ class _KeyReader(Struct):
             begin = at + len(part) - len(part.lstrip())
             self._parameter(part.strip(), begin, is_named=is_named)
             at += len(part) + 1
-        if not self.is_right:
+        if not self.is_read:
             return None
-        return LiftedKey(match["base"], tuple(self.kinds), tuple(self.params), match["rest"], self.place)
+        kinds, names = tuple(self.kinds), tuple(self.params)
+        return LiftedKey(match["base"], kinds, names, match["rest"], self.place, all(kinds))
 
     def _parameter(self, part: str, begin: int, *, is_named: bool) -> None:
         found = _PARAMETER.fullmatch(part)
         if found is None:
             message = f"`{part}` is not a parameter" if part else "a parameter is missing"
             self._refuse(Slug.BAD_NAME, message, begin, len(part), "write `r in robot`")
+            self.is_read = False
             return
         name, kind = found["name"], found["kind"]
+        self.is_right = True
         self._check_kind(kind, begin + found.start("kind"))
         if name is not None:
             self._check_name(name, begin)
-        elif is_named and kind in self.scope.names.facts.types:
+        elif is_named and self.is_right:
             message = f"a parameter of the type `{kind}` has no name"
             self._refuse(Slug.BAD_NAME, message, begin, len(part), f"write for example `{kind[:1]} in {kind}`")
-        self.kinds.append(kind)
+        self.is_read = self.is_read and (name is not None or not is_named)
+        self.kinds.append(kind if self.is_right else "")
         self.params.append(name)
 
     def _check_kind(self, kind: str, begin: int) -> None:
@@ -150,8 +157,10 @@ class _KeyReader(Struct):
     def _check_name(self, name: str, begin: int) -> None:
         if not WORD.fullmatch(name):
             self._refuse(Slug.BAD_NAME, f"`{name}` is not a name", begin, len(name), "write letters, digits and `_`")
+            self.is_read = False
         elif name in keywords() or name in QUANTIFIERS:
             self._refuse(Slug.RESERVED_NAME, f"`{name}` is a reserved word", begin, len(name), "choose another name")
+            self.is_read = False
         elif name in self.params:
             self._refuse(Slug.DUPLICATE_NAME, f"`{name}` is a parameter already", begin, len(name))
         elif (hidden := self.scope.hidden_by(name)) is not None:

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from scbm.files.expansion.object_formulas import ObjectTerm, parameters_of
 from scbm.files.expansion.static_facts import StaticFacts
 from scbm.files.expansion.work_limit import WorkLimit
+from scbm.files.language.grammar import keywords
 from scbm.files.language.syntax import SyntaxFault
 from scbm.files.spelling import suggestion
 from scbm.model import Slug
@@ -181,12 +182,14 @@ class LiftedScope(Struct, frozen=True):
         parameters: the parameters with the objects that each stands for.
         kinds: their types, for messages.
         part_file: the file of the part where the text stands; `None` in a model.
+        misses_parameters: whether the parameters of the entry could not be read, so that an unknown word may be one.
     """
 
     names: LiftedNames
     parameters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     kinds: Mapping[str, str] = field(default_factory=dict)
     part_file: str | None = None
+    misses_parameters: bool = False
 
     def with_parameters(self, kinds: Mapping[str, str]) -> LiftedScope:
         """Return the scope within a quantifier, or within a lifted entry."""
@@ -211,6 +214,14 @@ class LiftedScope(Struct, frozen=True):
         if word in self.names.facts.integers or (word in self.names.facts.places and word not in self.names.plain):
             return ObjectTerm(word, is_parameter=False)
         return None
+
+    def is_unread(self, word: str) -> bool:
+        """Return whether a word is a parameter with an error, or may be one that could not be read."""
+        if word in self.kinds:
+            return self.kinds[word] not in self.names.facts.types
+        names = self.names
+        is_known = any(word in known for known in (names.plain, names.indexed, names.symbols, names.facts.types))
+        return self.misses_parameters and not is_known and self.term(word) is None and word not in keywords()
 
     def is_integer(self, word: str) -> bool:
         """Return whether a word is a parameter that stands for integers."""
@@ -317,7 +328,7 @@ class LiftedScope(Struct, frozen=True):
     def refuse_unknown(self, word: str, begin: int, end: int, note: NoteFault, kind: str | None = None) -> None:
         """Note a word that is neither a parameter nor an object, unless the types could not be read."""
         facts = self.names.facts
-        if not facts.is_whole:
+        if not facts.is_whole or self.misses_parameters:
             note(Slug.UNKNOWN_OBJECT, "", begin, end)
             return
         if word in facts.types:
@@ -353,6 +364,9 @@ class LiftedScope(Struct, frozen=True):
     def _refuse_unknown_object(self, token: LiftedToken, kind: str, other: str, note: NoteFault) -> None:
         """Note a word that is compared with `other`, and is no parameter or object of its type."""
         facts = self.names.facts
+        if facts.is_unread(kind) or self.is_unread(token.text):
+            self.refuse_unknown(token.text, token.begin, token.end, note)
+            return
         objects = facts.objects(kind)
         alike = [name for name, own in self.parameters.items() if not self._is_disjoint(own, objects)]
         known = [name for name in (*alike, *objects) if name != other]

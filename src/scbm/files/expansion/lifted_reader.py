@@ -36,7 +36,7 @@ from scbm.files.expansion.static_facts import WORD
 from scbm.files.expansion.work_limit import MAX_INSTANCES
 from scbm.files.language.grammar import keywords
 from scbm.files.language.quantifier_faults import EXAMPLE_OF_COUNT, quantifier_fault
-from scbm.files.language.syntax import SyntaxFault, extent, misspelt_opening, parse
+from scbm.files.language.syntax import SyntaxFault, extent, misspelt_opening, operands_in, parse
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
 
@@ -101,6 +101,23 @@ class LiftedReader:
             fault = misspelt_opening(self._text) if start == "requirement" else None
             fault = fault or quantifier_fault(self._text, start) or found
             self._note(fault.slug, fault.message, fault.begin, fault.end, fault.remedy)
+            return self._readable_tree() if start == "predicate" else None
+
+    def _readable_tree(self) -> SyntaxTree | None:
+        """Return a tree of what stands between `&&`, `||` and `->` and can be read alone; `None` if nothing can."""
+        operands = [self._operand(begin, end) for begin, end in operands_in(self._text)]
+        readable: list[SyntaxTree | Token] = [each for each in operands if each is not None]
+        if not readable:
+            return None
+        meta = next(each.meta for each in operands if each is not None)
+        tree: SyntaxTree = Tree("conjunction", [*readable, Tree("unread", [], meta)], meta)
+        is_conjunction = "||" not in self._text and "->" not in self._text
+        return tree if is_conjunction else Tree("disjunction", [tree], meta)  # whose operands decide no choices
+
+    def _operand(self, begin: int, end: int) -> SyntaxTree | None:
+        try:
+            return parse(f"{' ' * begin}{self._text[begin:end]}", "predicate", is_lifted=True)
+        except SyntaxFault:
             return None
 
     def static_predicate(self, tree: SyntaxTree) -> Formula:
@@ -117,6 +134,8 @@ class LiftedReader:
         begin, end = extent(tree)
         if any(self._is_table(word.text.partition("[")[0].rstrip()) for word in variables):
             return  # which is noted: it is written with round brackets
+        if any(map(self._scope.is_unread, _names_in(tree))):
+            return  # the error of the parameter explains it
         if words and not variables:
             self._scope.refuse_unknown(words[0].text, words[0].begin, words[0].end, self._note)
             return
@@ -138,11 +157,14 @@ class LiftedReader:
         """Return the predicate of a tree; a part with an error decides nothing, so that the others are checked."""
         noted, formula = self._noted, self._part(tree)
         hides = formula.is_static or not isinstance(formula, CompoundFormula) or formula.is_empty
-        return UndecidedFormula(tree) if self._noted > noted and hides else formula
+        is_wrong = self._noted > noted and hides
+        return UndecidedFormula(tree) if is_wrong or any(map(self._scope.is_unread, formula.parameters)) else formula
 
     def _part(self, tree: SyntaxTree) -> Formula:
         if tree.data == "predicate":
             return self.predicate(_child(tree, 0))
+        if tree.data == "unread":
+            return UndecidedFormula(tree)
         compound = _COMPOUND.get(tree.data)
         if compound is not None:
             return compound(tree, [self.predicate(_child(tree, index)) for index in range(len(tree.children))])
@@ -490,6 +512,14 @@ class LiftedReader:
     # names with an index
 
     def _slot(self, token: LiftedToken) -> NameSlot | None:
+        """Return the slot of a name that depends on the choice; `None` for other names, and after an error."""
+        slot = self._slot_of_choice(token)
+        if any(map(self._scope.is_unread, (token.text,) if slot is None else slot.parameters)):
+            self._note(Slug.UNKNOWN_OBJECT, "", token.begin, token.end)
+            return None
+        return slot
+
+    def _slot_of_choice(self, token: LiftedToken) -> NameSlot | None:
         index = _INDEX.fullmatch(token.text)
         if index is not None:
             return self._bracketed(token, index)

@@ -303,6 +303,8 @@ class ActionTemplate(ScalarTemplate):
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
         """Return the actions."""
+        if self.is_wrong:
+            return super().nodes(choice)
         choices: list[Choice] = [choice]
         try:
             for bound in self._action.bounds if self._action is not None else ():
@@ -343,11 +345,12 @@ class TextTemplate(ScalarTemplate):
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
         super().__init__(node, scope, report)
-        found = [*_IN_TEXT.finditer(node.text or "")] if scope.parameters else []
+        found = [*_IN_TEXT.finditer(node.text or "")] if scope.parameters or scope.misses_parameters else []
         self._parameters = {match.span(): match[1] for match in found if match[1] in scope.parameters}
         self.is_plain = not self._parameters
+        self.is_wrong = any(scope.is_unread(match[1]) for match in found)
         for match in found:
-            if match[1] not in scope.parameters:
+            if match[1] not in scope.parameters and not scope.is_unread(match[1]):
                 remedy = suggestion(match[1], scope.parameters, "the parameters here are")
                 self.note(Slug.UNKNOWN_OBJECT, f"there is no parameter `{match[1]}`", *match.span(1), remedy)
 

@@ -84,6 +84,7 @@ class _ObjectStage:
         self._names = _names_of(document, self.facts)
         self._entries: dict[str, list[_LiftedEntry]] = {}
         self._incomplete: list[str] = []
+        self._unnamed: dict[str, str] = {}
 
     def expanded(self) -> YamlNode:
         self._report.name_instances(self._no_names)
@@ -92,9 +93,7 @@ class _ObjectStage:
             node = self._document.get(section)
             kind = _KINDS.get(section)
             if node is not None and isinstance(node.plain, dict):
-                self._entries[section] = [
-                    lifted for entry in entries_of(node) if (lifted := self._lifted(section, entry, kind)) is not None
-                ]
+                self._entries[section] = [self._lifted(section, entry, kind) for entry in entries_of(node)]
                 self._refuse_many(section)
         for lifted in (each for listed in self._entries.values() for each in listed):
             lifted.template.expect(len(lifted.choices))
@@ -104,12 +103,15 @@ class _ObjectStage:
 
     def _instance_names(self) -> InstanceNames:
         """Return the names of all instances, with those that come from them, and the entries as they are written."""
-        lifted: dict[str, str] = {}
+        lifted = dict(self._unnamed)
         choices: dict[str, tuple[str, ...]] = {}
         instances: dict[tuple[str, str], EntryInstance] = {}
         every = ((section, entry) for section, entries in self._entries.items() for entry in entries)
         for section, key, chosen in ((section, entry.key, entry.choices) for section, entry in every):
             if key is None:
+                continue
+            if key.base in self._unnamed:
+                lifted |= {f"{key.base}{joined(choice)}": self._unnamed[key.base] for choice in chosen}
                 continue
             for choice in chosen:
                 names = dict(_names_from(section, key, joined(choice)))
@@ -134,35 +136,23 @@ class _ObjectStage:
 
     # entries
 
-    def _lifted(self, section: str, entry: MappingEntry, kind: NodeKind | None) -> _LiftedEntry | None:
-        """Return an entry with its template and its choices; `None` if its key is wrong, which is noted."""
-        key, last = None, 0
+    def _lifted(self, section: str, entry: MappingEntry, kind: NodeKind | None) -> _LiftedEntry:
+        """Return an entry with its template and its choices; one with a wrong key, which is noted, has no name."""
+        key, last, parameters = None, 0, dict[str, str]()
         scope = LiftedScope(self._names, part_file=_part_file(entry))
         if "[" in entry.key:
             is_named = section not in _INDEXED[:2]
             key = lifted_key(entry.key, entry.place, scope, self._report, is_named=is_named)
-            if key is None:
-                self._incomplete.append(section)
-                return None
-            if section in _INDEXED and not self._is_declared(section, key):
-                return None
-            fault = name_fault(key.base, section)
-            if fault is not None:
-                place = part_of_key(entry.place, entry.key, 0, len(key.base))
-                self._report.add(fault.slug, fault.message, place, fault.remedy)
-                self._incomplete.append(section)
-                return None
+            parameters = {} if key is None else key.parameters
+            if key is None or not key.is_right or not self._has_name(section, entry, key):
+                scope = scope if key is not None else replace(scope, misses_parameters=True)
+                key = self._unnamed_key(section, entry, key)
             last = last_line(entry.node)
             self._report.fold_lines(entry.place, last)
-        scope = scope.with_parameters(key.parameters if key is not None else {})
+        scope = scope.with_parameters(parameters)
         maker = TemplateMaker(scope, self._report)
         node, conditions = self._conditions(entry, key, scope)
-        if section == "variables":
-            node = self._with_domain(node)
-        if section == "requirements" and "requirement" in node.items:
-            self._refuse_other_keys(node)
-            node = node.items["requirement"]
-        lifted = _LiftedEntry(entry, key, maker.template(node, kind))
+        lifted = _LiftedEntry(entry, key, maker.template(self._shaped(section, node), kind))
         if key is not None:
             conditions += _conditions_of_guard(lifted.template)
             lifted.choices = self._choices(section, key, conditions)
@@ -171,6 +161,37 @@ class _ObjectStage:
             if not lifted.choices:
                 self._warn_of_no_instance(key)
         return lifted
+
+    def _shaped(self, section: str, node: YamlNode) -> YamlNode:
+        """Return the node of an entry without `where` as the codec reads it."""
+        if section == "variables":
+            return self._with_domain(node)
+        if section == "requirements" and "requirement" in node.items:
+            self._refuse_other_keys(node)
+            return node.items["requirement"]
+        return node
+
+    def _unnamed_key(self, section: str, entry: MappingEntry, key: LiftedKey | None) -> LiftedKey:
+        """Return another key for an entry whose key is wrong, which is noted: the rest of the entry is checked, too.
+
+        It has the parameters without errors. What depends on others is left out.
+        """
+        self._incomplete.append(section)
+        base = f"unnamed_entry_{len(self._unnamed)}"
+        self._unnamed[base] = entry.key
+        right = [pair for pair in zip(key.names, key.kinds, strict=True) if pair[1]] if key is not None else []
+        names, kinds = tuple(name for name, _ in right), tuple(kind for _, kind in right)
+        return LiftedKey(base, kinds, names, "", entry.place)
+
+    def _has_name(self, section: str, entry: MappingEntry, key: LiftedKey) -> bool:
+        """Return whether an entry can have its name; note what is wrong with it."""
+        if section in _INDEXED and not self._is_declared(section, key):
+            return False
+        fault = name_fault(key.base, section)
+        if fault is not None:
+            place = part_of_key(entry.place, entry.key, 0, len(key.base))
+            self._report.add(fault.slug, fault.message, place, fault.remedy)
+        return fault is None
 
     def _refuse_other_keys(self, requirement: YamlNode) -> None:
         """Note the keys of a mapping that a requirement does not have: only its text is checked later."""
@@ -193,7 +214,6 @@ class _ObjectStage:
             self._report.add(Slug.DUPLICATE_NAME, message, key.place, "choose another name")
         else:
             return True
-        self._incomplete.append(section)
         return False
 
     def _owned_twice(self, section: str, base: str) -> str | None:

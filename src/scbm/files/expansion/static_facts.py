@@ -91,7 +91,7 @@ class StaticFacts(Struct, frozen=True):
 
     def is_unread(self, kind: str) -> bool:
         """Return whether a type has no objects because of an error, which explains what follows from that."""
-        return not self.is_whole and not self.objects(kind)
+        return not self.objects(kind) and (not self.is_whole or kind not in self.types)
 
     def is_of_integers(self, kind: str) -> bool:
         """Return whether the objects of a type are integers."""

@@ -24,6 +24,7 @@ from scbm.files.expansion.node_templates import (
 from scbm.files.expansion.static_facts import StaticFacts, facts_of, joined, read_facts
 from scbm.files.language.syntax import SyntaxFault
 from scbm.files.spelling import nearest, suggestion
+from scbm.files.yaml.document import YamlNode
 from scbm.model import Slug
 from scbm.model.variables import OperationState
 
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.files.expansion.object_formulas import Formula
-    from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.error_collector import ErrorCollector
     from scbm.model import BehaviorModel
 
@@ -145,29 +145,39 @@ class _WaiverStage:
             return
         key = lifted_key(text, obligation.place, LiftedScope(self._names), self._report, is_named=False)
         if key is None and "[" in text:
-            return  # which is noted
+            yield self._without_obligation(waiver)
+            return
         base, rest = (key.base, key.rest) if key is not None else _split(text)
         scope = LiftedScope(self._names).with_parameters(key.parameters if key is not None else {})
         node, conditions = self._conditions(waiver, key, scope)
+        template = TemplateMaker(scope, self._report).template(node)
         instances = self._entries.instances.get(base)
         if instances is None:
-            if not self._is_unknown(obligation, text, base, rest, is_lifted=key is not None):
-                yield node
+            is_unknown = self._is_unknown(obligation, text, base, rest, is_lifted=key is not None)
+            yield self._without_obligation(waiver) if is_unknown else node
             return
-        if not self._has_state(obligation, text, base, rest):
+        if not self._has_state(obligation, text, base, rest) or (key is not None and not key.is_right):
+            yield self._without_obligation(waiver)
             return
         self._report.fold_lines(waiver.place, last_line(waiver))
         chosen = instances if key is None else self._chosen(key, instances, conditions)
-        if chosen is not None and not chosen:
+        if chosen is None:
+            yield self._without_obligation(waiver)
+        elif not chosen:
             self._warn_of_no_instance(obligation, base, has_any=bool(instances))
         reason = node.get("reason")
         if key is None and reason is not None:
             remedy = f"give the obligation parameters: `{base}[r in robot]{rest}`, or leave out the braces"
             refuse_parameters_in_text(reason, self._report, remedy)
-        template = TemplateMaker(scope, self._report).template(node)
         for choice in chosen or ():
             ground = template.node({} if key is None else key.objects(choice))
             yield replace(_renamed(ground, f"{base}{joined(choice)}{rest}"), origin=text)
+
+    def _without_obligation(self, waiver: YamlNode) -> YamlNode:
+        """Return a waiver whose obligation has an error, which is noted, so that its other keys are checked, too."""
+        wrong = YamlNode(None, waiver.items["obligation"].place, condemned=True)
+        entries = (each for each in entries_of(waiver) if each.key != "where")
+        return with_entries(waiver, [e if e.key != "obligation" else e._replace(node=wrong) for e in entries])
 
     def _conditions(
         self, waiver: YamlNode, key: LiftedKey | None, scope: LiftedScope

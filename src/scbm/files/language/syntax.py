@@ -27,7 +27,7 @@ from scbm.files.spelling import nearest
 from scbm.model import FORMS, RequirementForm, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     from lark import Lark
 
@@ -108,6 +108,21 @@ def _misplaced(text: str, begin: int, end: int, start: Start, accepted: Collecti
     message = f"`{text[begin:end]}` cannot stand here"
     remedy = _remedy(text, begin, end, start, accepted) or _expected(accepted)
     return SyntaxFault(SLUGS[start], message, begin, end, remedy)
+
+
+def operands_in(text: str) -> Iterator[tuple[int, int]]:
+    """Yield where the operands of the connectives of a text begin and end, but for connectives in brackets."""
+    depth = begin = 0
+    for match in _CONNECTIVE_OR_BRACKET.finditer(text):
+        depth += (match[0] in "([{") - (match[0] in ")]}")
+        if match["connective"] and depth == 0:
+            yield begin, match.start()
+            begin = match.end()
+    if begin:
+        yield begin, len(text)
+
+
+_CONNECTIVE_OR_BRACKET = re.compile(r"(?P<connective>&&|\|\||->)|[()\[\]{}]")
 
 
 def misspelt_opening(text: str) -> SyntaxFault | None:
