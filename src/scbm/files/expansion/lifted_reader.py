@@ -239,17 +239,18 @@ class LiftedReader:
         limit = _simple(sides[1])
         if sides[0] is counted[0] and limit is not None and not limit.is_name:
             body, bound = self._quantifier(counted[0])
-            self._check_count(bound, relation, limit)
+            if not self._can_hold(bound, relation, limit):
+                return QuantifiedFormula(counted[0], body, bound)  # so that the body is checked
             return CountedFormula(tree, body, bound, relation, int(limit.text[:18]))
         counts = {_token(each, 0).start_pos or 0: CountedFormula(each, *self._quantifier(each)) for each in counted}
         return CountCasesFormula(tree, self.atom(tree), counts)
 
-    def _check_count(self, bound: Bound, relation: str, number: LiftedToken) -> None:
-        """Note a comparison of a count that can never hold; warn of one that always holds."""
+    def _can_hold(self, bound: Bound, relation: str, number: LiftedToken) -> bool:
+        """Return whether a comparison of a count can hold; note one that never does, warn of one that always does."""
         most = prod(map(len, bound.objects.values()))
         truths = {relation_holds(relation, least, int(number.text[:18])) for least in range(most + 1)}
         if not most or len(truths) > 1:
-            return
+            return True
         values = f"this count is from 0 to {most}"
         compared = f"so `{relation} {number.text}`"
         if truths == {True}:
@@ -258,6 +259,7 @@ class LiftedReader:
         else:
             message = f"{values}, {compared} can never hold"
             self._note(Slug.VALUE_OUTSIDE_DOMAIN, message, number.begin, number.end)
+        return truths == {True}
 
     def _check_parameter(self, token: LiftedToken, kinds: dict[str, str]) -> None:
         if not WORD.fullmatch(token.text):
@@ -443,6 +445,8 @@ class LiftedReader:
             return ConstantFormula(True)
         terms = [self._argument(token, kind) for token, kind in zip(listed, table.types, strict=True)]
         whole = [term for term in terms if term is not None]
+        if any(kind not in facts.types for kind in table.types):  # which explains rows without these objects
+            self._note(Slug.UNKNOWN_TYPE, "", name.begin, name.end)
         return TableFormula(whole, table.rows) if len(whole) == len(listed) else ConstantFormula(True)
 
     def _argument(self, token: LiftedToken, kind: str) -> ObjectTerm | None:
