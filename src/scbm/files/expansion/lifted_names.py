@@ -50,6 +50,7 @@ class IndexedName(Struct):
         kinds: for messages, the type of each index.
         objects: the objects that each index can have.
         declared: the objects of the ground names that exist.
+        is_whole: whether no key that declares it has an error.
     """
 
     section: str
@@ -59,6 +60,7 @@ class IndexedName(Struct):
     kinds: tuple[str, ...]
     objects: tuple[dict[str, None], ...] = ()
     declared: dict[tuple[str, ...], None] = field(default_factory=dict)
+    is_whole: bool = True
 
     @property
     def has_state(self) -> bool:
@@ -119,7 +121,8 @@ class IndexSlot(NameSlot):
             remedy = f"`{self._indexed.base}` is not declared for these objects"
             if any(term.added for term in self._terms):
                 remedy = f"exclude it by a condition that stands before, or by `where`: {remedy}"
-            raise SyntaxFault(Slug.WRONG_INDEX, f"there is no `{name}`", self._begin, self._end, remedy)
+            message = f"there is no `{name}`" if self._indexed.is_whole else ""
+            raise SyntaxFault(Slug.WRONG_INDEX, message, self._begin, self._end, remedy)
         return name + self._suffix
 
 

@@ -181,7 +181,7 @@ class ScalarTemplate(NodeTemplate):
 
     def note_fault(self, fault: SyntaxFault) -> None:
         """Note the first part that cannot be expanded. Raises `InputError` if the file is too large as a whole."""
-        if not self._has_fault:
+        if fault.message and not self._has_fault:
             self._report.add(fault.slug, fault.message, self._written.stretch(fault.begin, fault.end), fault.remedy)
         self._has_fault = True
         if self._limit.is_exceeded:

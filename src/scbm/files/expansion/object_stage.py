@@ -177,6 +177,8 @@ class _ObjectStage:
         It has the parameters without errors. What depends on others is left out.
         """
         self._incomplete.append(section)
+        for indexed in self._owned(section, entry.key.partition("[")[0].rstrip()):
+            indexed.is_whole = False
         base = f"unnamed_entry_{len(self._unnamed)}"
         self._unnamed[base] = entry.key
         right = [pair for pair in zip(key.names, key.kinds, strict=True) if pair[1]] if key is not None else []

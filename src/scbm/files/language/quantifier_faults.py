@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.language.grammar import AGGREGATES, QUANTIFIERS, keyword_phrases
 from scbm.files.language.syntax import SyntaxFault
+from scbm.files.spelling import nearest
 from scbm.model import Slug
 
 if TYPE_CHECKING:
@@ -18,7 +19,8 @@ _WORD = r"[^\W\d]\w*(?:\.[^\W\d]\w*)*"
 _IN = r"(?:in(?![\w.])|:)"
 _PARAMETER = re.compile(rf"\s*({_WORD})\s*{_IN}\s*(?!in\b)({_WORD})")
 _BEGINS = re.compile(rf"\s+(?!in\b){_WORD}")
-_LIKE_PARAMETERS = re.compile(rf"\s+({_WORD})\s*{_IN}\s*\S+?\s*\.(?!\w)")
+_LIKE_PARAMETER = rf"{_WORD}\s*{_IN}\s*[^\s,]+?\s*"
+_LIKE_PARAMETERS = re.compile(rf"\s+{_LIKE_PARAMETER}(?:,\s*{_LIKE_PARAMETER})*\.(?!\w)")
 _IN_BRACKETS = re.compile(rf"\s*\(\s*\S+\s*{_IN}")
 _NO_PARAMETER = re.compile(rf"\s*{_IN}\s*\S+\s*\.(?!\w)")
 _NO_PARAMETERS = re.compile(r"\s*\(")
@@ -44,7 +46,9 @@ def _faults(word: re.Match[str], text: str, start: Start) -> Iterator[SyntaxFaul
     example = _EXAMPLES.get(shown, _EXAMPLE).format(shown)
     if shown not in (*QUANTIFIERS, *AGGREGATES):
         if _LIKE_PARAMETERS.match(text, at) and not _is_of_requirements(shown):
+            near = nearest(shown, (*QUANTIFIERS, *AGGREGATES))
             remedy = f"write {', '.join(f'`{each}`' for each in _TERMS)}, `forall` or `exists`"
+            remedy = remedy if near is None else f"did you mean `{near}`?"
             yield _fault(word, f"there is no quantifier `{shown}`", remedy)
     elif _IN_BRACKETS.match(text, at):
         yield _fault(word, f"the parameters of this `{shown}` stand in brackets", example)

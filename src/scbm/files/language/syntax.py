@@ -139,7 +139,7 @@ def misspelt_opening(text: str) -> SyntaxFault | None:
     return SyntaxFault(Slug.REQUIREMENT_SYNTAX, message, *match.span(1), f"did you mean `{near}`?")
 
 
-_FIRST_WORD = re.compile(r"\s*([A-Za-z]+)\s+(?=([A-Za-z_]\w*|[(!](?!=)))")
+_FIRST_WORD = re.compile(r"\s*([A-Za-z_]+)\s+(?=([A-Za-z_]\w*|[(!](?!=)))")
 _LAST_WORD = re.compile(r"(?<![\w.])([A-Za-z]+)\s*$")
 
 
