@@ -257,6 +257,7 @@ def test_a_wrong_argument_is_an_error_where_it_is_given(tmp_path: Path) -> None:
         ("parts: {d: {use: [door.yaml]}}", ["cell.yaml:2:18:1 wrong-shape"]),
         ("parts: {d.e: {use: door.yaml, with: {stop: e}}}", ["cell.yaml:2:9:3 bad-name"]),
         ("parts: {0d: {use: door.yaml, with: {stop: e}}}", ["cell.yaml:2:9:2 bad-name"]),
+        ("parts: {0d: {use: door.yaml}}", ["cell.yaml:2:9:2 bad-name", "cell.yaml:2:9:2 missing-key"]),
         ("include: door.yaml", ["cell.yaml:2:10:9 missing-key"]),
         ("include: [cycle.yaml]", ["cycle.yaml:2:10:10 contradiction"]),
         ("include: cell.yaml", ["cell.yaml:1:1:14 wrong-shape"]),

@@ -136,10 +136,24 @@ class _Expansion(Struct):
             if named is None:
                 self._miss_names()
                 continue
+            name = self._name_of(entry)
             part = self._opened(named, users, file)
             if part is not None:
                 arguments = self._arguments(part, given, entry.place, entry.key)
-                yield _Use(self._copied(part, f"{entry.key}.", arguments, users, entry.place), entry.place, entry.key)
+                yield _Use(self._copied(part, f"{name}.", arguments, users, entry.place), entry.place, name)
+
+    def _name_of(self, entry: MappingEntry) -> str:
+        """Return the name of a use; for a wrong one, which is noted, another name, so that the part is checked."""
+        if not WORD.fullmatch(entry.key):
+            message, remedy = f"`{entry.key}` is not a name", "names of parts are letters, digits and `_`"
+            self.report.add(Slug.BAD_NAME, message, entry.place, remedy)
+        elif entry.key in _RESERVED:
+            message = f"`{entry.key}` is a reserved word"
+            self.report.add(Slug.RESERVED_NAME, message, entry.place, "choose another word")
+        else:
+            return entry.key
+        self._miss_names()
+        return f"unnamed_part_{self.uses}"
 
     def _use_of(self, entry: MappingEntry) -> tuple[YamlNode | None, dict[str, MappingEntry]]:
         """Return the file and the arguments of an entry of `parts`; note what is wrong with its keys."""
@@ -152,14 +166,6 @@ class _Expansion(Struct):
             if name not in self.files.keys.use:
                 near = suggestion(name, self.files.keys.use, "the keys here are")
                 self.report.add(Slug.UNKNOWN_KEY, f"unknown key `{name}`", at, near)
-        if not WORD.fullmatch(entry.key):
-            message = f"`{entry.key}` is not a name"
-            self.report.add(Slug.BAD_NAME, message, entry.place, "names of parts are letters, digits and `_`")
-            return None, {}  # each name in the part would be wrong as well
-        if entry.key in _RESERVED:
-            message = f"`{entry.key}` is a reserved word"
-            self.report.add(Slug.RESERVED_NAME, message, entry.place, "choose another word")
-            return None, {}
         if "use" not in node.items and not node.incomplete and nearest("use", node.items) is None:
             self.report.add(
                 Slug.MISSING_KEY, f"`use` is missing in `{entry.key}`", entry.place, "name the file: `use: door.yaml`"
