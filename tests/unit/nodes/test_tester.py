@@ -244,7 +244,7 @@ def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reason
         ("controller", {"version": 99, "words": "far"}, Lack.VERSION),
         ("controller", {"digest": "other", "words": "far"}, Lack.MODEL),
         ("resources", {"digest": "other", "words": "far"}, Lack.MODEL),
-        ("controller", {"troubles": MISMATCHED}, Lack.DRIVER),
+        ("controller", {"troubles": MISMATCHED}, Lack.BINDING),
         ("tester", {"since_ns": 1, "words": "far"}, Lack.RIVAL),
         ("controller", {"troubles": (Trouble(UnmatchedKind.OTHER_VENDOR, UNREACHED),)}, Lack.VENDOR),
     ],
@@ -272,6 +272,16 @@ def test_an_unknown_sender_that_cannot_be_understood_is_reported(wording: Wordin
             await harness.node.wait_for_cell(1.0)
         assert problems(raised.value.reasons) == (NO_CONTROLLER, (Lack.UNREADABLE, ()))
         assert loop.now_ns() > SECOND_NS
+
+    play(scene)
+
+
+@pytest.mark.parametrize("kind", UnmatchedKind)
+def test_a_trouble_of_each_kind_is_a_lack(kind: UnmatchedKind) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.play("controller", "scan", troubles=(Trouble(kind, UNREACHED),))
+        await loop.settle(JOINS_NS)
+        assert harness.node.lacks() == (UNREACHED,)
 
     play(scene)
 

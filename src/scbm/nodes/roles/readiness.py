@@ -31,8 +31,10 @@ class Lack(StrEnum):
     RESOURCES = "no node simulates some resources"
     UNREADABLE = "a node whose messages cannot be parsed"
     DRIVER = "a real resource is not reached"
-    VENDOR = "a real resource has services that plain DDS cannot call"
     GOAL = "a real resource is busy with a goal"
+    BINDING = "a driver does not match its binding"
+    VENDOR = "a real resource has services that plain DDS cannot call"
+    SERVERS = "a real resource has several servers"
 
 
 class Reason(Struct, frozen=True):

@@ -74,8 +74,14 @@ _SILENT_NS = 3_000_000_000
 """A controller that says nothing for so long after a deadline of its run has passed is lost, even if it is there."""
 
 
-_LACKS: dict[str, Lack] = {UnmatchedKind.OTHER_VENDOR: Lack.VENDOR, UnmatchedKind.BUSY: Lack.GOAL}
-"""The problem of a cell for kinds of troubles; others are `Lack.DRIVER`."""
+_LACKS: dict[str, Lack] = {
+    UnmatchedKind.ABSENT: Lack.DRIVER,
+    UnmatchedKind.BUSY: Lack.GOAL,
+    UnmatchedKind.MISMATCH: Lack.BINDING,
+    UnmatchedKind.OTHER_VENDOR: Lack.VENDOR,
+    UnmatchedKind.CROWDED: Lack.SERVERS,
+}
+"""The problem of a cell for each kind of a trouble."""
 
 
 class LostError(Exception):
@@ -255,7 +261,7 @@ class TesterNode:
 
     def lacks(self) -> tuple[str, ...]:
         """Return the missing resources, if there is a controller."""
-        return tuple(r.message for r in self._missing() if r.lack in (Lack.RESOURCES, Lack.DRIVER))
+        return tuple(r.message for r in self._missing() if r.lack not in (Lack.CONTROLLER, Lack.UNREADABLE))
 
     # runs
 
@@ -328,7 +334,7 @@ class TesterNode:
 
 
 def _missing_driver(trouble: Trouble) -> Reason:
-    return Reason(_LACKS.get(trouble.kind, Lack.DRIVER), trouble.words)
+    return Reason(_LACKS[trouble.kind], trouble.words)
 
 
 class _DirectedRun:

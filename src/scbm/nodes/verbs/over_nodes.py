@@ -157,7 +157,9 @@ _PLAIN = {
     Lack.CHILD: "see its output above",
     Lack.UNREADABLE: "stop that process: all nodes of a cell are of one version of scbm",
     Lack.DRIVER: "start one driver of it in this domain, or correct its binding",
+    Lack.BINDING: "correct its binding, or start the driver that it means",
     Lack.VENDOR: "use `--via rclpy`",
+    Lack.SERVERS: "stop all of them but one",
     Lack.GOAL: (
         "wait until that goal is over, or have the program that sent it cancel it; scbm cancels no goal of others"
     ),

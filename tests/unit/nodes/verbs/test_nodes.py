@@ -229,6 +229,8 @@ ALL = tuple(resource.name for resource in AFTER.resources)
         (Lack.CONTROLLER, ALL, ["scbm node controller 'a b.yaml'", "scbm node resources 'a b.yaml'"]),
         (Lack.RESOURCES, ("gripper", "robot"), ["scbm node resources 'a b.yaml' gripper robot"]),
         (Lack.DRIVER, (), []),
+        (Lack.BINDING, (), []),
+        (Lack.SERVERS, (), []),
         (Lack.TIME_SCALE, (), ["--time-scale"]),
     ],
 )
