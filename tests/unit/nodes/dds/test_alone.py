@@ -184,6 +184,16 @@ def test_names_that_we_use_ourselves_are_not_proposed(domain: int) -> None:
     assert why_unmatched(domain, use, TALK, reader(name="rt/cell/talk_2")) is None
 
 
+def test_topics_of_drivers_are_not_proposed_for_those_of_nodes_nor_the_other_way_round(domain: int) -> None:
+    of_nodes, of_driver = Topic("/scbm/gantry/status"), Topic("/gantry/status")
+    for ours, theirs in ((of_nodes, of_driver), (of_driver, of_nodes)):
+
+        def use(bus: DdsBus, ours: Topic = ours) -> None:
+            bus.subscribe(ours, _ignore)
+
+        assert why_unmatched(domain, use, ours, writer(name=f"rt{theirs.name}")) is None
+
+
 def test_what_the_bus_does_not_use_has_no_reason(domain: int) -> None:
     assert why_unmatched(domain, hear, Topic("/cell/other"), writer(name="rt/cell/other")) is None
 

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 _MOST = 10_000
 """Maximum number of endpoints of each role that are compared."""
 
+_OF_NODES = "/scbm/"
+"""The names of all topics of nodes begin so."""
 
 SERVER = "server"
 """The word for the peer of a client, in messages."""
@@ -214,7 +216,7 @@ _DURABILITIES = [
 
 
 def _elsewhere(wish: WantedEndpoint, there: list[Endpoint], known: list[str]) -> str | None:
-    """Return a similar name that a peer uses."""
+    """Return a similar name that a peer uses. Nodes of scbm and drivers have no topics of each other."""
     prefix = wish.dds_topic.partition("/")[0]
     suffix = wish.dds_topic.removeprefix(prefix).removeprefix(wish.name)
     candidates = [endpoint.topic for endpoint in there if endpoint.role is wish.role and endpoint.topic not in known]
@@ -222,5 +224,7 @@ def _elsewhere(wish: WantedEndpoint, there: list[Endpoint], known: list[str]) ->
     if plain is not None:
         return f"a {wish.who} is at the DDS topic `{plain}`; in ROS 2, `{wish.name}` stands for `{wish.dds_topic}`"
     of_ros = [topic.removeprefix(prefix) for topic in candidates if topic.startswith(f"{prefix}/")]
-    similar = nearest(wish.name, [topic.removesuffix(suffix) for topic in of_ros])
+    is_of_node = wish.name.startswith(_OF_NODES)
+    names = [topic.removesuffix(suffix) for topic in of_ros if topic.startswith(_OF_NODES) == is_of_node]
+    similar = nearest(wish.name, names)
     return None if similar is None else f"no {wish.who} is at `{wish.name}`, but one is at `{similar}`"
