@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from scbm.files.codec.key_types import NAME_NODE, VALUE, NamesType, ScalarType, scalar_node
@@ -117,6 +118,8 @@ class FieldReader:
         constants = dict(path.owner.constants) if shape.name != "string" else {}
         value: Scalar = constants.get(text, written) if isinstance(written, str) else written
         remedy = shape.fault(value)
+        if isinstance(value, float) and not isfinite(value):
+            remedy = "it is too large for the type"
         if remedy is None:
             return float(value) if shape.is_float else value
         near = nearest(text, (*known, *constants)) if isinstance(written, str) else None

@@ -68,6 +68,7 @@ def test_an_action_for_each_value_of_a_variable() -> None:
         "action: {name: /a, type: my_robot/action/Move, feedback: {slip: 'actual[0]'}}",
         "action: {name: /a, type: my_robot/action/Move, measured: {zone: error_code}}",
         "action: {type: my_robot/action/Move, gaol: {}}",
+        "action: {name: /a, type: my_robot/action/Move, goal: {positions: [.nan, .inf, 1e400]}}",
         "{action: {name: /a, type: my_robot/action/Move}, service: {name: /a, type: std_srvs/srv/Trigger}}",
         "actions: {target: {homm: {name: /a, type: my_robot/action/Move}}}",
     ],
