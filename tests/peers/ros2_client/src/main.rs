@@ -172,7 +172,7 @@ impl Peer {
             result_service: reliable(),
             cancel_service: reliable(),
             feedback_publisher: reliable(),
-            status_publisher: latched(),
+            status_publisher: latched().history(History::KeepLast { depth: 1 }),
         };
         let kind = ActionTypeName::new(package, type_name);
         let made =
