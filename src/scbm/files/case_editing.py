@@ -6,9 +6,10 @@ data are compared with the wanted ones, so that an edit never changes anything e
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from scbm.files.codec.case_files import CaseDocument, parse_case
+from scbm.files.yaml.yaml_layout import TextEdit, TextLines, with_edits
 from scbm.files.yaml.yaml_writer import FlowList, FlowMapping, dump
 from scbm.model import Diagnostic, InputError, Place, Slug
 
@@ -30,23 +31,13 @@ def edited_case(document: CaseDocument, data: Mapping[str, Any]) -> CaseDocument
         InputError: the layout of the text does not allow the edit, as with an anchor in the changed part.
     """
     source = document.source
-    text = source.text
-    for edit in sorted(_TextEditor(source).root_edits(document.tree, data), reverse=True):
-        text = text[: edit.begin] + edit.text + text[edit.end :]
+    text = with_edits(source.text, _TextEditor(source).root_edits(document.tree, data))
     edited = parse_case(text, source.file)
     if edited.tree.plain != data:
         message = "this case has a layout that cannot be edited safely; its text is unchanged"
         remedy = "write the keys of the case in lines, without anchors, each as `key: value`"
         raise InputError([Diagnostic(Slug.WRONG_SHAPE, message, Place(source.file), remedy)])
     return edited
-
-
-class _CaseTextEdit(NamedTuple):
-    """Replaces one stretch of a text."""
-
-    begin: int
-    end: int
-    text: str
 
 
 def _flow(value: Any) -> str:  # noqa: ANN401 - any data
@@ -67,14 +58,14 @@ def _compact(value: Any) -> Any:  # noqa: ANN401 - any data
     return FlowList(value) if isinstance(value, list) else value
 
 
-class _TextEditor:
+class _TextEditor(TextLines):
     """Makes the edits of one text."""
 
     def __init__(self, source: SourceText) -> None:
-        self._source, self._text = source, source.text
-        self._line_end = "\r\n" if "\r\n" in source.text else "\n"
+        super().__init__(source.text)
+        self._source = source
 
-    def root_edits(self, root: YamlNode, data: Mapping[str, Any]) -> Iterator[_CaseTextEdit]:
+    def root_edits(self, root: YamlNode, data: Mapping[str, Any]) -> Iterator[TextEdit]:
         """Yield the edits of a whole case; its new sections stand at its end, in lines."""
         added = {key: value for key, value in data.items() if key not in root.items}
         if not added or self._is_flow(root):
@@ -83,10 +74,10 @@ class _TextEditor:
         yield from self._edits(root, {key: value for key, value in data.items() if key in root.items})
         indentation = " " * self._column(self._begin_of_key(root, next(iter(root.items))))
         lines = "".join(dump({key: _section(value)}) for key, value in added.items()).splitlines()
-        stop = self._line_stop(root.value_ends[next(reversed(root.items))])
-        yield _CaseTextEdit(stop, stop, "".join(f"{self._line_end}{indentation}{line}" for line in lines))
+        stop = self.line_stop(root.value_ends[next(reversed(root.items))])
+        yield TextEdit(stop, stop, "".join(f"{self.line_end}{indentation}{line}" for line in lines))
 
-    def _edits(self, node: YamlNode, new: Any) -> Iterator[_CaseTextEdit]:  # noqa: ANN401 - any data
+    def _edits(self, node: YamlNode, new: Any) -> Iterator[TextEdit]:  # noqa: ANN401 - any data
         old = node.plain
         if old == new and type(old) is type(new):
             return
@@ -97,14 +88,14 @@ class _TextEditor:
         else:
             yield self._replaced(node, new)
 
-    def _replaced(self, node: YamlNode, new: Any) -> _CaseTextEdit:  # noqa: ANN401 - any data
+    def _replaced(self, node: YamlNode, new: Any) -> TextEdit:  # noqa: ANN401 - any data
         begin = self._begin(node)
         if node.scalar is not None and not node.scalar.text and not node.scalar.style:  # stands before the next part
-            begin = len(self._text[:begin].rstrip())
-        blank = " " if self._text[begin - 1 : begin] == ":" else ""
-        return _CaseTextEdit(begin, max(begin, node.end), blank + _flow(new))
+            begin = len(self.text[:begin].rstrip())
+        blank = " " if self.text[begin - 1 : begin] == ":" else ""
+        return TextEdit(begin, max(begin, node.end), blank + _flow(new))
 
-    def _mapping(self, node: YamlNode, new: dict[str, Any]) -> Iterator[_CaseTextEdit]:
+    def _mapping(self, node: YamlNode, new: dict[str, Any]) -> Iterator[TextEdit]:
         gone = [key for key in node.items if key not in new]
         starts = {key: self._begin_of_key(node, key) for key in node.items}
         if not new or (gone and (self._is_flow(node) or not all(map(self._begins_line, starts.values())))):
@@ -118,12 +109,12 @@ class _TextEditor:
         added = [f"{_flow(key)}: {_flow(value)}" for key, value in new.items() if key not in node.items]
         end = node.value_ends[next(reversed(node.items))]
         if added and self._is_flow(node):
-            yield _CaseTextEdit(end, end, "".join(f", {entry}" for entry in added))
+            yield TextEdit(end, end, "".join(f", {entry}" for entry in added))
         elif added:
-            stop, indentation = self._line_stop(end), " " * self._column(starts[next(iter(node.items))])
-            yield _CaseTextEdit(stop, stop, "".join(f"{self._line_end}{indentation}{entry}" for entry in added))
+            stop, indentation = self.line_stop(end), " " * self._column(starts[next(iter(node.items))])
+            yield TextEdit(stop, stop, "".join(f"{self.line_end}{indentation}{entry}" for entry in added))
 
-    def _sequence(self, node: YamlNode, new: list[Any]) -> Iterator[_CaseTextEdit]:
+    def _sequence(self, node: YamlNode, new: list[Any]) -> Iterator[TextEdit]:
         """Yield the edits of a list: those between the elements at its beginning and at its end that are equal."""
         old = node.elements
         first = _common(old, new)
@@ -138,22 +129,22 @@ class _TextEditor:
             yield self._without_lines(self._dash(element), element.end)
         yield from self._inserted(node, first + len(before), after[len(before) :])
 
-    def _inserted(self, node: YamlNode, index: int, values: Sequence[Any]) -> Iterator[_CaseTextEdit]:
+    def _inserted(self, node: YamlNode, index: int, values: Sequence[Any]) -> Iterator[TextEdit]:
         if not values:
             return
         written = list(map(_flow, values))
         if self._is_flow(node):
             begin = node.elements[index - 1].end if index else self._begin(node.elements[0])
-            yield _CaseTextEdit(begin, begin, "".join(f", {each}" if index else f"{each}, " for each in written))
+            yield TextEdit(begin, begin, "".join(f", {each}" if index else f"{each}, " for each in written))
             return
         dash = self._dash(node.elements[0])
         indentation = " " * self._column(dash)
-        stop = self._line_stop(node.elements[index - 1].end) if index else dash
+        stop = self.line_stop(node.elements[index - 1].end) if index else dash
         lines = [
-            f"{self._line_end}{indentation}- {each}" if index else f"- {each}{self._line_end}{indentation}"
+            f"{self.line_end}{indentation}- {each}" if index else f"- {each}{self.line_end}{indentation}"
             for each in written
         ]
-        yield _CaseTextEdit(stop, stop, "".join(lines))
+        yield TextEdit(stop, stop, "".join(lines))
 
     # positions
 
@@ -164,29 +155,21 @@ class _TextEditor:
         return self._source.index(node.key_places[key])
 
     def _is_flow(self, node: YamlNode) -> bool:
-        return self._text[self._begin(node) : self._begin(node) + 1] in ("{", "[")
+        return self.text[self._begin(node) : self._begin(node) + 1] in ("{", "[")
 
     def _dash(self, element: YamlNode) -> int:
-        return self._text.rindex("-", 0, self._begin(element))
+        return self.text.rindex("-", 0, self._begin(element))
 
     def _column(self, index: int) -> int:
-        return index - self._line_begin(index)
+        return index - self.line_begin(index)
 
     def _begins_line(self, index: int) -> bool:
-        return not self._text[self._line_begin(index) : index].strip()
+        return not self.text[self.line_begin(index) : index].strip()
 
-    def _line_begin(self, index: int) -> int:
-        return self._text.rfind("\n", 0, index) + 1
-
-    def _line_stop(self, index: int) -> int:
-        found = self._text.find("\n", index)
-        stop = len(self._text) if found < 0 else found
-        return stop - 1 if self._text[stop - 1 : stop] == "\r" else stop
-
-    def _without_lines(self, begin: int, end: int) -> _CaseTextEdit:
+    def _without_lines(self, begin: int, end: int) -> TextEdit:
         """Return the edit that removes whole lines."""
-        stop = self._text.find("\n", end)
-        return _CaseTextEdit(self._line_begin(begin), len(self._text) if stop < 0 else stop + 1, "")
+        stop = self.text.find("\n", end)
+        return TextEdit(self.line_begin(begin), len(self.text) if stop < 0 else stop + 1, "")
 
 
 def _common(nodes: Sequence[YamlNode], values: Sequence[Any]) -> int:

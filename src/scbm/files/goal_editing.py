@@ -17,9 +17,8 @@ from scbm.files.codec.model_files import read_model
 from scbm.files.file_writer import replace_file
 from scbm.files.language.expressions import parse_predicate
 from scbm.files.language.scope import Scope
-from scbm.files.yaml.source_text import SourceText
 from scbm.files.yaml.text_files import read_file
-from scbm.files.yaml.yaml_layout import YamlLayout
+from scbm.files.yaml.yaml_layout import TextEdit, YamlLayout, with_edits
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
@@ -112,35 +111,19 @@ def _describes(text: str, expected: BehaviorModel) -> bool:
 
 def _layout_error(text: str, goals: Sequence[_NewGoal], file: str) -> InputError:
     """Return the error for a layout that does not allow the edit."""
-    source, key = SourceText(text, file), YamlLayout(text).key(_SECTION)
-    place = Place(file) if key is None else source.stretch(key.begin, key.end)
-    line = source.lines[place.line - 1] if place.line else None
     entries = "; ".join(f"`{_entry(goal, in_flow=False)}`" for goal in goals)
     message = f"`{_SECTION}` has a layout that cannot be edited safely; the file is unchanged"
-    return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, f"add it by hand: {entries}", line)])
-
-
-class _TextEdit(NamedTuple):
-    """Replaces one stretch of a text."""
-
-    begin: int
-    end: int
-    text: str
+    return YamlLayout(text).error(_SECTION, file, message, f"add it by hand: {entries}")
 
 
 def _edited(text: str, goals: Sequence[_NewGoal]) -> str | None:
     """Return the text with the goals; `None` if the layout does not allow the edit."""
     layout = YamlLayout(text)
     edits = _edits(layout, layout.section(_SECTION), goals)
-    parts: list[str] = []
-    index = 0
-    for edit in sorted(edits, key=lambda edit: edit.begin):
-        parts += [text[index : edit.begin], edit.text]
-        index = edit.end
-    return "".join((*parts, text[index:])) if edits else None
+    return with_edits(text, edits) if edits else None
 
 
-def _edits(layout: YamlLayout, section: YamlPiece | None, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+def _edits(layout: YamlLayout, section: YamlPiece | None, goals: Sequence[_NewGoal]) -> list[TextEdit]:
     if section is None and layout.root.is_flow:
         entries = ", ".join(_entry(goal, in_flow=True) for goal in goals)
         return _into_flow(layout, layout.root, [(f"{_SECTION}: {{{entries}}}", None)])
@@ -155,7 +138,7 @@ def _edits(layout: YamlLayout, section: YamlPiece | None, goals: Sequence[_NewGo
     return _into_flow(layout, section, [(_entry(goal, in_flow=True), goal.comment) for goal in goals])
 
 
-def _into_block(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+def _into_block(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[TextEdit]:
     """Return the edits that add lines after the last entry and after the comments that belong to it."""
     indentation = layout.indentation(section.entries[0][0])
     if indentation is None:
@@ -163,19 +146,19 @@ def _into_block(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal
     last = section.entries[-1]
     stop = layout.behind_comments(last[1].end, len(indentation))
     is_spaced = len(section.entries) > 1 and layout.has_blank_line(section.entries[-2][1].end, last[0].begin)
-    return [_TextEdit(stop, stop, _lines(layout, indentation, goals, is_spaced=is_spaced))]
+    return [TextEdit(stop, stop, _lines(layout, indentation, goals, is_spaced=is_spaced))]
 
 
-def _into_empty_braces(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+def _into_empty_braces(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[TextEdit]:
     """Return the edits that replace the braces of `goals: {}` by lines."""
     key = layout.key(_SECTION) or section
     colon = layout.text.find(":", key.end) + 1
     stop = layout.line_stop(section.end)
     indentation = (layout.indentation(key) or "") + _step(layout)
-    return [_TextEdit(colon, section.end, ""), _TextEdit(stop, stop, _lines(layout, indentation, goals))]
+    return [TextEdit(colon, section.end, ""), TextEdit(stop, stop, _lines(layout, indentation, goals))]
 
 
-def _as_section(layout: YamlLayout, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+def _as_section(layout: YamlLayout, goals: Sequence[_NewGoal]) -> list[TextEdit]:
     """Return the edit that adds a section at the end."""
     text = layout.text[: layout.limit]
     stop = layout.line_stop(len(text.rstrip()))
@@ -184,7 +167,7 @@ def _as_section(layout: YamlLayout, goals: Sequence[_NewGoal]) -> list[_TextEdit
     is_spaced = any(layout.has_blank_line(end, key.begin) for end, key in zip(ends, keys[1:], strict=False))
     indentation = layout.indentation(keys[0]) or ""
     head = f"{layout.line_end * (2 if is_spaced else 1)}{indentation}{_SECTION}:"
-    return [_TextEdit(stop, stop, head + _lines(layout, indentation + _step(layout), goals))]
+    return [TextEdit(stop, stop, head + _lines(layout, indentation + _step(layout), goals))]
 
 
 def _step(layout: YamlLayout) -> str:
@@ -197,25 +180,25 @@ def _step(layout: YamlLayout) -> str:
     return " " * _SPACES
 
 
-def _into_flow(layout: YamlLayout, piece: YamlPiece, entries: Sequence[tuple[str, str | None]]) -> list[_TextEdit]:
+def _into_flow(layout: YamlLayout, piece: YamlPiece, entries: Sequence[tuple[str, str | None]]) -> list[TextEdit]:
     """Return the edits that add entries before the closing brace; each gets a line if the last entry has one."""
     if not piece.entries:
         begin = layout.text.index("{", piece.begin) + 1
-        return [_TextEdit(begin, begin, ", ".join(entry for entry, _ in entries))]
+        return [TextEdit(begin, begin, ", ".join(entry for entry, _ in entries))]
     key, value = piece.entries[-1]
     comma = _comma(layout.text, value.end, piece.end - 1)
     indentation = layout.indentation(key)
     behind = value.end if comma is None else comma + 1
     if indentation is None:
         added = ", ".join(entry for entry, _ in entries)
-        return [_TextEdit(behind, behind, f", {added}" if comma is None else f" {added},")]
+        return [TextEdit(behind, behind, f", {added}" if comma is None else f" {added},")]
     lines = [line for entry, comment in entries for line in (*_comments(comment), f"{entry},")]
     lines = lines if comma is not None else [*lines[:-1], lines[-1].removesuffix(",")]
     added = "".join(f"{layout.line_end}{indentation}{line}" for line in lines)
     brace = piece.end - 1
     stop = min(layout.line_stop(behind), len(layout.text[:brace].rstrip()))
-    separator = [] if comma is not None else [_TextEdit(value.end, value.end, ",")]
-    return [*separator, _TextEdit(max(stop, behind), max(stop, behind), added)]
+    separator = [] if comma is not None else [TextEdit(value.end, value.end, ",")]
+    return [*separator, TextEdit(max(stop, behind), max(stop, behind), added)]
 
 
 def _comma(text: str, begin: int, end: int) -> int | None:

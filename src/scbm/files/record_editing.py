@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from scbm.files.codec.case_files import read_case, write_recorded
-from scbm.files.yaml.source_text import SourceText
 from scbm.files.yaml.yaml_layout import YamlLayout
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import InputError
 
 if TYPE_CHECKING:
     from scbm.cases import Case, RecordedRun
@@ -42,7 +41,10 @@ def with_record(text: str, file: str, recorded: RecordedRun, model: BehaviorMode
     layout = YamlLayout(body)
     edited = _in_flow(layout, recorded) if layout.root.is_flow else _in_block(layout, recorded)
     if not _describes(edited, expected, model):
-        raise _layout_error(layout, file)
+        message = "this case has a layout to which no record can be added safely; the file is unchanged"
+        raise layout.error(
+            _KEY, file, message, "write the keys of the case in lines, without anchors, each as `key: value`"
+        )
     return text[: len(text) - len(body)] + edited
 
 
@@ -83,13 +85,3 @@ def _describes(text: str, expected: Case, model: BehaviorModel) -> bool:
         return read_case(text, model) == expected
     except InputError:
         return False
-
-
-def _layout_error(layout: YamlLayout, file: str) -> InputError:
-    """Return the error for a layout that does not allow the edit."""
-    source, key = SourceText(layout.text, file), layout.key(_KEY)
-    place = Place(file) if key is None else source.stretch(key.begin, key.end)
-    line = source.lines[place.line - 1] if place.line else None
-    message = "this case has a layout to which no record can be added safely; the file is unchanged"
-    remedy = "write the keys of the case in lines, without anchors, each as `key: value`"
-    return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, remedy, line)])

@@ -1,9 +1,9 @@
-"""Positions of the parts of a YAML text, for edits that keep the rest."""
+"""Edits of a YAML text that keep the rest, and the positions of its lines and parts."""
 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct, field
 from ruamel.yaml import YAML
@@ -18,12 +18,56 @@ from ruamel.yaml.events import (
     SequenceEndEvent,
 )
 
+from scbm.files.yaml.source_text import SourceText
+from scbm.model import Diagnostic, InputError, Place, Slug
+
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from ruamel.yaml.events import Event
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
+
+
+class TextEdit(NamedTuple):
+    """Replaces one stretch of a text."""
+
+    begin: int
+    end: int
+    text: str
+
+
+def with_edits(text: str, edits: Iterable[TextEdit]) -> str:
+    """Return a text after edits that do not overlap; insertions at one position stand in their order."""
+    parts: list[str] = []
+    index = 0
+    for edit in sorted(edits, key=lambda edit: edit[:2]):
+        parts += [text[index : edit.begin], edit.text]
+        index = edit.end
+    return "".join((*parts, text[index:]))
+
+
+class TextLines:
+    """The lines of a text.
+
+    Attributes:
+        text: the text.
+        line_end: the most frequent line end.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        ends = _LINE_END.findall(text)
+        self.line_end = max(dict.fromkeys(ends), key=ends.count) if ends else "\n"
+
+    def line_begin(self, index: int) -> int:
+        """Return where the line of a character begins."""
+        return max(self.text.rfind("\n", 0, index), self.text.rfind("\r", 0, index)) + 1
+
+    def line_stop(self, index: int) -> int:
+        """Return where the line of a character ends."""
+        match = _LINE_END.search(self.text, index)
+        return match.start() if match else len(self.text)
 
 
 class YamlPiece(Struct):
@@ -44,18 +88,16 @@ class YamlPiece(Struct):
     is_block: bool = False
 
 
-class YamlLayout:
+class YamlLayout(TextLines):
     """Positions of the parts of a text that is read without errors.
 
     Attributes:
-        text: the text.
         limit: the latest end of its mapping: the end of the text, or of the document.
         root: the mapping.
-        line_end: the most frequent line end.
     """
 
     def __init__(self, text: str) -> None:
-        self.text = text
+        super().__init__(text)
         self.limit = len(text)
         self._names: dict[int, str] = {}
         self._events: Iterator[Event] = YAML(typ="safe", pure=True).parse(text)
@@ -67,8 +109,6 @@ class YamlLayout:
                 self.limit = event.start_mark.index
         assert root is not None  # noqa: S101 - the text has been read as a model
         self.root = root
-        ends = _LINE_END.findall(text)
-        self.line_end = max(dict.fromkeys(ends), key=ends.count) if ends else "\n"
 
     def _piece(self, event: Event) -> YamlPiece:
         begin, end = event.start_mark.index, event.end_mark.index
@@ -105,14 +145,12 @@ class YamlLayout:
         sought = self.key(name)
         return next((value for key, value in self.root.entries if key is sought), None)
 
-    def line_begin(self, index: int) -> int:
-        """Return where the line of a character begins."""
-        return max(self.text.rfind("\n", 0, index), self.text.rfind("\r", 0, index)) + 1
-
-    def line_stop(self, index: int) -> int:
-        """Return where the line of a character ends."""
-        match = _LINE_END.search(self.text, index)
-        return match.start() if match else len(self.text)
+    def error(self, name: str, file: str, message: str, remedy: str) -> InputError:
+        """Return the error for a layout that does not allow an edit of a section."""
+        source, key = SourceText(self.text, file), self.key(name)
+        place = Place(file) if key is None else source.stretch(key.begin, key.end)
+        line = source.lines[place.line - 1] if place.line else None
+        return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, remedy, line)])
 
     def indentation(self, piece: YamlPiece) -> str | None:
         """Return the blanks before a piece in its line; `None` if there is more than blanks."""
