@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pytest
 from hypothesis import given
@@ -14,7 +14,7 @@ from scbm.cases.trace import End, Record
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
 from scbm.closing.runs.run_graph import Edge, RunGraph
 from scbm.files import read_model
-from scbm.model import BehaviorModel, Predicate, State
+from scbm.model import BehaviorModel, GoalOrder, PlanSet, Predicate, State
 from scbm.planning import Planner, Solved
 from scbm.running import (
     AskPlan,
@@ -33,10 +33,12 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
+from scbm.running.untimed.run_steps import RunSteps
 from scbm.running.untimed.situations import TIME_LIMIT, Happening, HappeningKind, Position, RunNote, WaitsFor
 from scbm.testing import RandomCases, Tester
+from support.opened_models import opened
 from support.profiles import examples
-from support.random_models import random_model
+from support.random_models import random_model, small_random_model
 from support.strategies import running_models
 
 MAX_PLANS = 100
@@ -184,3 +186,39 @@ def _end(notes: Sequence[RunNote]) -> End | None:
 
 def _choose(data: st.DataObject, graph: RunGraph, node: int) -> Edge:
     return data.draw(st.sampled_from([e for e in graph.edges(node) if graph.label(e.number) != TIME_LIMIT]))
+
+
+@examples(100, usual=12)
+@given(
+    st.integers(0, 199),
+    st.sampled_from([random_model, lambda number: opened(small_random_model(number), number)]),
+    st.tuples(st.booleans(), st.sampled_from(GoalOrder), st.sampled_from(PlanSet)).map(lambda kind: RunScope(*kind)),
+)
+def test_steps_that_are_memoized_by_what_they_read_are_those_that_are_taken_one_by_one(
+    number: int, make: Callable[[int], BehaviorModel], scope: RunScope
+) -> None:
+    runs = AllRuns(make(number), FEW, lambda _: None, scope)
+    is_sequence = scope.goals is GoalOrder.SEQUENCE
+    for index, (_, goal) in enumerate(runs.model.goals):
+        position = index if is_sequence else 0
+        plain = RunSteps(
+            runs.program,
+            runs.relevance,
+            runs.visits,
+            runs.program.test(goal),
+            runs.answers.to(goal),
+            runs.queues(goal),
+            number=position,
+            is_open=scope.is_open,
+            is_sequence=is_sequence,
+        )
+        projected = runs.steps(goal, position)
+        for start in runs.starts:
+            assert projected.start(start.packed) == plain.start(start.packed)
+        for situation in runs.graphs[0 if is_sequence else index].positions:
+            if situation.is_at_rest:
+                assert list(projected.at_rest(situation)) == list(plain.at_rest(situation))
+                assert projected.begin(situation.state) == plain.begin(situation.state)
+            elif situation.goal == position:
+                assert list(projected.following(situation)) == list(plain.following(situation))
+        assert list(projected.evaluated) == list(plain.evaluated)

@@ -160,12 +160,14 @@ class LifecycleState:
 
     Attributes:
         operation: the operation.
+        state: the state.
         is_initial: whether the state is `initial`.
         has_timer: whether the operation may be in this state for a limited time only.
     """
 
     def __init__(self, operation: RunnableOperation, state: OperationState) -> None:
         self.operation = operation
+        self.state = state
         self.is_initial = state is OperationState.INITIAL
         self.has_timer = timer_ns(operation, state) is not None
         rules = [rule for rule in LIFECYCLE if rule.source is state and rule.part in operation.parts]

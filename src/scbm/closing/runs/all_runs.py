@@ -11,16 +11,16 @@ from msgspec import Struct
 from scbm.closing.counted_activity import CountedActivity
 from scbm.closing.distinguished_values import distinguished_groups
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
-from scbm.closing.runs.run_graph import MAX_STEPS_EACH, RunGraph, explore_runs, initial_states
+from scbm.closing.runs.run_graph import MAX_STEPS_EACH, RunExploration, RunGraph, initial_states
 from scbm.model import GoalOrder, PlanSet
 from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
 from scbm.running.untimed.noted_steps import NotedSteps
 from scbm.running.untimed.plan_queues import AnyPlanQueues, CanonicalQueues
+from scbm.running.untimed.projected_steps import ProjectedSteps
 from scbm.running.untimed.relevance import Relevance
 from scbm.running.untimed.rest_visits import MOST_RESTS
 from scbm.running.untimed.run_answers import SATISFICING_SHARE, RunAnswers
-from scbm.running.untimed.run_steps import RunSteps
 from scbm.running.untimed.situations import TooManyRepliesError, TooManyRestsError, Visits
 from scbm.running.untimed.watched_steps import WatchedSteps
 
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from scbm.closing.runs.run_graph import Start
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.running.untimed.plan_queues import PlanQueues
+    from scbm.running.untimed.run_steps import RunSteps
 
 
 class CloseLimits(Struct, frozen=True):
@@ -239,7 +240,7 @@ class AllRuns:
             progress(which)
             steps = self.steps(goal)
             count = _Counted(which, left, progress).count
-            graph = explore_runs(((name, goal),), [steps], self.starts, left, count, until=self._until, is_single=True)
+            graph = self._exploration(((name, goal),), [steps], is_single=True).explore(left, count)
             self.graphs = (*self.graphs, graph)
             self._observe(steps)
             left -= len(graph.positions)
@@ -251,11 +252,19 @@ class AllRuns:
         steps = [self.steps(goal, number) for number, (_, goal) in enumerate(self.model.goals)]
         count = _Counted(which, limits.situations, progress).count
         most = limits.situations
-        graph = explore_runs(self.model.goals, steps, self.starts, most, count, until=self._until)
+        graph = self._exploration(self.model.goals, steps).explore(most, count)
         self.graphs = (graph,)
         for each in steps:
             self._observe(each)
         self._note_end(graph, "one of the goals", limits)
+
+    def _exploration(
+        self, goals: tuple[tuple[str, Predicate], ...], steps: Sequence[RunSteps], *, is_single: bool = False
+    ) -> RunExploration:
+        keeps_notes = self.scope.keeps_notes or bool(self.scope.watched)
+        return RunExploration(
+            goals, steps, self.starts, until=self._until, is_single=is_single, keeps_notes=keeps_notes
+        )
 
     def _observe(self, steps: RunSteps) -> None:
         self.evaluated = (*self.evaluated, steps.evaluated)
@@ -283,7 +292,7 @@ class AllRuns:
     def steps(self, goal: Predicate, number: int = 0) -> RunSteps:
         """Return the steps of the runs for a goal, which has this number where goals follow each other."""
         watched = self.scope.watched
-        kind = WatchedSteps if watched else NotedSteps if self.scope.keeps_notes else RunSteps
+        kind = WatchedSteps if watched else NotedSteps if self.scope.keeps_notes else ProjectedSteps
         steps = kind(
             self.program,
             self.relevance,
@@ -295,6 +304,8 @@ class AllRuns:
             is_open=self.scope.is_open,
             is_sequence=self.goals is GoalOrder.SEQUENCE or bool(watched),
         )
+        if isinstance(steps, ProjectedSteps):
+            return steps.read_goal(goal)
         return steps.watch([self.program.test(each) for each in watched]) if isinstance(steps, WatchedSteps) else steps
 
     def queues(self, goal: Predicate) -> PlanQueues:

@@ -8,6 +8,7 @@ can be given, is a position, too. Where goals follow each other, each end of a r
 from __future__ import annotations
 
 from array import array
+from bisect import bisect_right
 from functools import partial
 from itertools import islice, product
 from math import prod
@@ -17,7 +18,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from msgspec import Struct
 
 from scbm.model import InitialStates
-from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.running.untimed.situations import (
     ANSWER,
     NO_GOAL,
@@ -75,7 +75,7 @@ class RunGraph(Struct):
         complete: whether everything was explored.
         planning_too_large: whether the exploration ended because planning exceeded its limit.
         has_too_many_steps: whether it ended because too much can happen in each position.
-        reach: for each node everything that edges reachable from it visit.
+        visits: what the edges visit.
         cut_offs: edges on which a limit of plans can end the run, each with its node and what is visited then.
     """
 
@@ -85,14 +85,15 @@ class RunGraph(Struct):
     complete: bool
     planning_too_large: bool
     has_too_many_steps: bool
-    reach: list[int]
+    visits: int
     cut_offs: list[tuple[int, Edge, int]]
     _first: array[int]
     _targets: array[int]
     _visits: list[int]
     _labels: list[Happening | Start]
     _notes: list[tuple[RunNote, ...]]
-    _parents: Mapping[int, tuple[int, int] | None]
+    _found_by: array[int]
+    _reach: list[int] | None = None
 
     @property
     def goal(self) -> tuple[str, Predicate]:
@@ -100,9 +101,11 @@ class RunGraph(Struct):
         return self.goals[0]
 
     @property
-    def visits(self) -> int:
-        """The obligations that runs visit."""
-        return self.reach[0]
+    def reach(self) -> list[int]:
+        """For each node everything that edges reachable from it visit; found when it is first asked for."""
+        if self._reach is None:
+            self._reach = _reach(self._first, self._targets, self._visits)
+        return self._reach
 
     def edges(self, node: int) -> Iterator[Edge]:
         """Yield the events that can occur in a node; none if the node was not expanded."""
@@ -126,15 +129,15 @@ class RunGraph(Struct):
     def path_to(self, node: int) -> list[Edge]:
         """Return the edges of a shortest path from node 0: the path by which the exploration found the node."""
         edges = []
-        while (parent := self._parents[node]) is not None:
-            source, number = parent
+        while node:
+            number = self._found_by[node - 1]
             edges.append(Edge(number, node, self._visits[number]))
-            node = source
+            node = bisect_right(self._first, number) - 1
         return edges[::-1]
 
     def notes(self, edge: int) -> tuple[RunNote, ...]:
         """Return the notes about the step of an edge; of one that a limit cuts off those about the whole step."""
-        return self._notes[edge]
+        return self._notes[edge] if self._notes else ()
 
     @property
     def distinct_notes(self) -> Iterable[tuple[RunNote, ...]]:
@@ -146,75 +149,57 @@ class RunGraph(Struct):
         return self._labels[edge]
 
 
-def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
-    goals: tuple[tuple[str, Predicate], ...],
-    steps: Sequence[RunSteps],
-    starts: Sequence[Start],
-    most: int,
-    progress: Callable[[int], None] | None = None,
-    *,
-    until: int = 0,
-    is_single: bool = False,
-) -> RunGraph:
-    """Explore all runs for goals breadth-first, so that a limit cuts off the most distant positions.
-
-    Args:
-        goals: the goal, or all goals that follow each other; each with its name and predicate.
-        steps: the steps of the runs for each goal.
-        starts: the initial states.
-        most: the maximum number of positions.
-        progress: called at intervals with the number of positions.
-        until: bits of visits; the exploration ends when it has visited all of them. 0 for no such end.
-        is_single: whether no goal is given after the end of a run.
-    """
-    exploration = _RunExploration(steps, most, progress, until=until, is_single=is_single)
-    return exploration.explore(goals, starts)
+def steps_from(steps: Sequence[RunSteps], position: Position) -> Iterable[tuple[Happening, RunStep]]:
+    """Return each event that is possible in a position, with its successor; `steps` are those of each goal."""
+    return _steps_at_rest(steps, position) if position.is_at_rest else steps[position.goal].following(position)
 
 
-def steps_from(steps: Sequence[RunSteps], position: Position) -> Iterator[tuple[Happening, RunStep]]:
-    """Yield each event that is possible in a position, with its successor; `steps` are those of each goal."""
-    if position.is_at_rest:
-        yield from steps[0].at_rest(position)
-        for number, each in enumerate(steps if position.goal == NO_GOAL else ()):
-            yield Happening(HappeningKind.GOAL, number=number), each.begin(position.state)
-        return
-    pursued = steps[position.goal]
-    for happening in pursued.happenings(position):
-        yield happening, pursued.after(position, happening)
-
-
-class _TooManyWaysError(Exception):
-    """There are more than `MAX_STEPS_EACH` steps for each position that may be explored."""
-
-
-class _EnoughVisitedError(Exception):
-    """The exploration is over: every obligation that it looks for was visited."""
+def _steps_at_rest(steps: Sequence[RunSteps], rest: Position) -> Iterator[tuple[Happening, RunStep]]:
+    yield from steps[0].at_rest(rest)
+    for number, each in enumerate(steps if rest.goal == NO_GOAL else ()):
+        yield Happening(HappeningKind.GOAL, number=number), each.begin(rest.state)
 
 
 _REPORT_EVERY = 1_000
 """Progress is reported whenever so many positions were expanded."""
 
 
-class _RunExploration:
-    def __init__(
+class RunExploration:
+    """The exploration of all runs breadth-first, so that a limit cuts off the most distant positions.
+
+    Nodes are numbered as they are found, and expanded in this order.
+    """
+
+    def __init__(  # noqa: PLR0913 - the runs, and what is kept of them
         self,
+        goals: tuple[tuple[str, Predicate], ...],
         steps: Sequence[RunSteps],
-        most: int,
-        progress: Callable[[int], None] | None,
+        starts: Sequence[Start],
         *,
-        until: int,
-        is_single: bool,
+        until: int = 0,
+        is_single: bool = False,
+        keeps_notes: bool = False,
     ) -> None:
+        """Explore nothing yet.
+
+        Args:
+            goals: the goal, or all goals that follow each other; each with its name and predicate.
+            steps: the steps of the runs for each goal.
+            starts: the initial states.
+            until: bits of visits; the exploration ends when it has visited all of them. 0 for no such end.
+            is_single: whether no goal is given after the end of a run.
+            keeps_notes: whether steps have notes.
+        """
+        self._goals = goals
         self._steps = steps
+        self._starts = starts
+        self._until = self._left = until
         self._is_single = is_single
-        self._until = until
-        self._left = until
-        self._progress = progress
-        self._starts: Sequence[Start] = ()
-        self._rest_goal = NO_GOAL
-        self._most = most
-        self._nodes: dict[Position, int] = {}
+        self._keeps_notes = keeps_notes
+        self._most = 0
+        self._nodes: dict[Position | int, int] = {}  # a runner at rest by its state, negated if it gets no more goals
         self._positions: list[Position] = []
+        self._found_by = array("q")
         self._first = array("q", [0])
         self._targets = array("q")
         self._visits: list[int] = []
@@ -222,107 +207,126 @@ class _RunExploration:
         self._notes: list[tuple[RunNote, ...]] = []
         self._known_notes: dict[tuple[RunNote, ...], tuple[RunNote, ...]] = {}
         self._known: dict[int, int] = {}
-        self._cut_offs: list[tuple[int, Edge, int]] = []
-        self._cut_off = 0
+        self._visited = self._cut_off = 0
+        self._cut_offs: list[tuple[int, int, int]] = []
         self._complete = True
-        self._planning_too_large = self._has_too_many_steps = False
 
-    def explore(self, goals: tuple[tuple[str, Predicate], ...], starts: Sequence[Start]) -> RunGraph:
-        self._starts = starts
-        exploration = BreadthFirst((0,), self._successors)
-        try:
-            exploration.expand_all()
-            self._complete = self._complete and not self._has_visited_enough()
-        except (PlanningTooLargeError, _TooManyWaysError, _EnoughVisitedError) as error:
-            self._complete, self._planning_too_large = False, isinstance(error, PlanningTooLargeError)
-            self._has_too_many_steps = isinstance(error, _TooManyWaysError)
-            self._first.extend([len(self._targets)] * (len(self._positions) + 2 - len(self._first)))
+    def explore(self, most: int, progress: Callable[[int], None] | None = None) -> RunGraph:
+        """Return the graph with at most `most` positions; `progress` is called at intervals with their number."""
+        self._most = most
+        planning_too_large = has_too_many_steps = False
+        while len(self._first) <= len(self._positions) + 1 and not (planning_too_large or has_too_many_steps):
+            node = len(self._first) - 1
+            if self._has_visited_enough():
+                break
+            has_too_many_steps = len(self._targets) > most * MAX_STEPS_EACH
+            if progress is not None and node % _REPORT_EVERY == _REPORT_EVERY - 1:
+                progress(len(self._positions))
+            try:
+                if not has_too_many_steps:
+                    self._expand(node)
+            except PlanningTooLargeError:
+                planning_too_large = True
+        is_ended = planning_too_large or has_too_many_steps or self._has_visited_enough()
+        return self._graph(planning_too_large, has_too_many_steps, self._complete and not is_ended)
+
+    def _graph(self, *ends: bool) -> RunGraph:
+        """Return what was explored; `ends` are whether planning was too large, too much can happen, all is complete."""
+        planning_too_large, has_too_many_steps, is_complete = ends
+        unexpanded = len(self._positions) + 2 - len(self._first)
         return RunGraph(
-            goals,
-            starts,
+            self._goals,
+            self._starts,
             self._positions,
-            self._complete,
-            self._planning_too_large,
-            self._has_too_many_steps,
-            _reach(self._first, self._targets, self._visits),
-            self._cut_offs,
-            self._first,
+            is_complete,
+            planning_too_large,
+            has_too_many_steps,
+            self._visited,
+            [(node, Edge(n, self._targets[n], self._visits[n]), visits) for node, n, visits in self._cut_offs],
+            self._first + array("q", [len(self._targets)] * unexpanded),
             self._targets,
             self._visits,
             self._labels,
             self._notes,
-            exploration.parents,
+            self._found_by,
         )
-
-    def _successors(self, node: int) -> list[tuple[int, int]]:
-        """Record the edges of a node, and return their numbers and targets; nodes are numbered as they are found."""
-        if self._has_visited_enough():
-            raise _EnoughVisitedError
-        if len(self._targets) > self._most * MAX_STEPS_EACH:
-            raise _TooManyWaysError
-        if self._progress is not None and node % _REPORT_EVERY == _REPORT_EVERY - 1:
-            self._progress(len(self._positions))
-        found: list[tuple[int, int]] = []
-        for label, step in steps_from(self._steps, self._positions[node - 1]) if node else self._first_steps():
-            self._record(node, label, step, found)
-            if self._until and not self._left:
-                break
-        self._first.append(len(self._targets))
-        return found
 
     def _has_visited_enough(self) -> bool:
         return self._until != 0 and not self._left
+
+    def _expand(self, node: int) -> None:
+        """Record the edges of a node, or of the initial states."""
+        position = self._positions[node - 1] if node else None
+        is_before_goal = position is None or position.goal == NO_GOAL
+        nodes, targets, visits, labels = self._nodes, self._targets, self._visits, self._labels
+        for label, step in self._first_steps() if position is None else steps_from(self._steps, position):
+            number, target = len(targets), step.target
+            if target is None or step.cut_off_rests or self._keeps_notes:
+                gives_goal = not is_before_goal or (position is not None and not _is_outside(label))
+                self._record(label, step, NO_MORE_GOALS if self._is_single and gives_goal else NO_GOAL)
+            else:  # most steps
+                targets.append(nodes.get(target) or self._node(target, number))
+                visits.append(step.visits)
+                labels.append(label)
+            self._visited |= step.visits
+            if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
+                self._cut_off |= step.cut_off
+                self._cut_offs.append((node, number, step.cut_off))
+            if self._until:
+                self._left &= ~(step.visits | step.cut_off)
+                if not self._left:
+                    break
+        self._first.append(len(targets))
 
     def _first_steps(self) -> Iterator[tuple[Start, RunStep]]:
         """Yield the initial states, with what follows until the runner is settled without a goal."""
         for start in self._starts:
             yield start, self._steps[0].start(start.packed)
 
-    def _record(self, node: int, label: Happening | Start, step: RunStep, found: list[tuple[int, int]]) -> None:
-        """Record the edges of a step, mostly one, and add the number and the target of each that ends no run."""
-        number = len(self._targets)
-        is_begun = node > 0 and (not _is_outside(label) or self._positions[node - 1].goal != NO_GOAL)
-        self._rest_goal = NO_MORE_GOALS if self._is_single and is_begun else NO_GOAL
-        notes = self._known_notes.setdefault(step.notes, step.notes) if step.notes else ()
-        self._add(label, step.visits, step.target, step.rests[:1], notes, found)
-        if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
-            self._cut_off |= step.cut_off
-            self._cut_offs.append((node, Edge(number, self._targets[number], step.visits), step.cut_off))
-        for rest in step.rests[1:]:
-            self._add(label, step.visits, None, (rest,), notes, found)
-        for rest in dict.fromkeys(step.cut_off_rests) if step.cut_off_rests else ():
-            self._add(PLAN_LIMIT, step.visits | step.cut_off, None, (rest,), notes, found)
-        if self._until:
-            self._left &= ~(step.visits | step.cut_off)
+    def _record(self, label: Happening | Start, step: RunStep, goal: int) -> None:
+        """Record the edges of a step, with this goal of a runner at rest after it."""
+        if step.rests:
+            for rest in step.rests:
+                self._add(label, step.visits, rest, goal, step.notes)
+        else:
+            self._add(label, step.visits, step.target, goal, step.notes)
+        for rest in dict.fromkeys(step.cut_off_rests):
+            self._add(PLAN_LIMIT, step.visits | step.cut_off, rest, goal, step.notes)
 
-    def _add(  # noqa: PLR0913, PLR0917 - the parts of an edge
+    def _add(
         self,
         label: Happening | Start,
         visits: int,
-        position: Position | None,
-        rests: tuple[int, ...],
+        target: Position | int | None,
+        goal: int,
         notes: tuple[RunNote, ...],
-        found: list[tuple[int, int]],
     ) -> None:
-        """Record an edge; its target is -1 if the run ends, or there are too many positions."""
-        if rests:
-            position = self._steps[0].rest(rests[0], self._rest_goal)
-        target = -1
-        if position is not None:
-            target = self._nodes.get(position, 0)
-            if not target:
-                if len(self._positions) >= self._most:
-                    self._complete = False
-                else:
-                    self._positions.append(position)
-                    target = self._nodes[position] = len(self._positions)
-            target = target or -1
-        if target >= 0:
-            found.append((len(self._targets), target))
-        self._targets.append(target)
+        """Record an edge; its target is a position, or the state of a runner at rest with this goal."""
+        if isinstance(target, int):
+            key = target if goal == NO_GOAL else ~target
+            node = self._nodes.get(key) or self._node(self._steps[0].rest(target, goal), len(self._targets))
+        else:
+            node = -1 if target is None else self._node(target, len(self._targets))
+        self._targets.append(node)
         self._visits.append(self._known.setdefault(visits, visits))
         self._labels.append(label)
-        self._notes.append(notes)
+        if self._keeps_notes:
+            self._notes.append(self._known_notes.setdefault(notes, notes) if notes else ())
+
+    def _node(self, position: Position, number: int) -> int:
+        """Return the node of a position that an edge leads to; a new one if need be, -1 if there are too many."""
+        key: Position | int = position
+        if position.is_at_rest:
+            key = position.state if position.goal == NO_GOAL else ~position.state
+        node = self._nodes.get(key)
+        if node is None and len(self._positions) >= self._most:
+            self._complete = False
+            return -1
+        if node is None:
+            self._positions.append(position)
+            self._found_by.append(number)
+            node = self._nodes[key] = len(self._positions)
+        return node
 
 
 def _is_outside(label: Happening | Start) -> bool:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.running.lifecycle import OperationMove
-    from scbm.running.micro_steps import AutomaticMove, MicroStep, RequestCancelling
+    from scbm.running.micro_steps import AutomaticMove, RequestCancelling
     from scbm.running.untimed.plan_queues import FollowingOperation
     from scbm.running.untimed.run_steps import SettlingRun
     from scbm.running.untimed.situations import Happening, Position, RunStep
@@ -31,11 +31,6 @@ class NotedSteps(RunSteps):
     @cached_property
     def _notes(self) -> list[RunNote]:
         """The notes about the step that is taken."""
-        return []
-
-    @cached_property
-    def _notes_at_rest(self) -> list[RunNote]:
-        """Notes about a runner without a goal; what it does is memoized, so they belong to any step near them."""
         return []
 
     @cached_property
@@ -70,8 +65,6 @@ class NotedSteps(RunSteps):
             self._notes = []
 
     def _noted(self, step: RunStep) -> RunStep:
-        self._notes += self._notes_at_rest
-        self._notes_at_rest.clear()
         return step._replace(notes=tuple(self._notes)) if self._notes else step
 
     # what is noted
@@ -139,7 +132,3 @@ class NotedSteps(RunSteps):
         if self._is_sequence:
             self._notes.append(RunNote(NoteKind.MAY_BE_CUT_OFF))
         super()._cut_off(run)
-
-    def _note_idle(self, step: MicroStep | None) -> None:
-        if isinstance(step, RequestSending):
-            self._notes_at_rest.append(RunNote(NoteKind.SENDS_AFTER_END, resource=step.line.number))

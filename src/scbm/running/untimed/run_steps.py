@@ -9,7 +9,7 @@ tests compare these steps with those of the runner.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias, assert_never
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias, assert_never
 
 from msgspec import Struct, field
 
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from scbm.planning import Answer
     from scbm.running import Program
     from scbm.running.compiled_steps import RequestLine
-    from scbm.running.micro_steps import MicroStep
+    from scbm.running.outside_changes import Maker
     from scbm.running.untimed.plan_queues import FollowingOperation, PlanQueues
     from scbm.running.untimed.relevance import Relevance
     from scbm.running.untimed.situations import Visits
@@ -61,8 +61,6 @@ if TYPE_CHECKING:
     Plan: TypeAlias = Callable[[int], Answer]
     """The planner's answer in a packed state."""
 
-_MAX_MEMOIZED = 2_000_000
-"""Maximum number of packed states whose micro-step is memoized: more than a graph of runs has."""
 _LONG = 16
 """After so many automatic transitions in a row their states are compared, to find a cycle."""
 
@@ -104,34 +102,32 @@ class SettlingRun(Struct):
     Attributes:
         state: the packed state; variables that cannot influence a run are 0.
         queue: the number of the queue.
-        in_flight: the resources with a pending request, in the order of their requests.
+        in_flight: the resources with a pending request, by number, in the order of their requests.
         asked: the question that the planner has not answered.
         unsolvable_in: the state from which the planner has answered that no plan exists.
         visits: what was visited so far.
         cut_off: what the run would have visited if the limit of plans had ended it on the way.
-        automatic: how many automatic transitions count together: those since the last answer of the planner, the last
-            request for a plan, or the operation that has become current since.
         answered: the positions in which the planner answered at once.
         goal: the number of the goal.
         cut_off_rests: the states of the runner at rest if the limit of plans had ended the run on the way.
+        settled: the last state in which no automatic transition acted; `None` if it is not known.
     """
 
     state: int
     queue: int
-    in_flight: tuple[RequestLine, ...]
+    in_flight: tuple[int, ...]
     asked: _PlanQuestion | None = None
     unsolvable_in: int | None = None
     visits: int = 0
     cut_off: int = 0
-    automatic: int = 0
     answered: dict[Position, None] = field(default_factory=dict)
     goal: int = 0
     cut_off_rests: tuple[int, ...] = ()
+    settled: int | None = None
 
     def position(self, awaits: WaitsFor, queue: int) -> Position:
         """Return where the run is if it is settled."""
-        in_flight = tuple([line.number for line in self.in_flight]) if self.in_flight else ()
-        return Position(self.state, queue, in_flight, awaits, self.goal)
+        return Position(self.state, queue, self.in_flight, awaits, self.goal)
 
     def waiting(self, awaits: WaitsFor) -> RunStep:
         """Return the step that is complete here, as the run waits for an event."""
@@ -163,6 +159,9 @@ class RunSteps:
     Attributes:
         evaluated: every packed state in which guards were evaluated so far, those between micro-steps included.
     """
+
+    _most_memoized: ClassVar[int] = 2_000_000
+    """Maximum number of packed states whose micro-step is memoized: more than a graph of runs has."""
 
     def __init__(  # noqa: PLR0913, PLR0917 - what the runs of a model share, and what is the goal's
         self,
@@ -200,7 +199,7 @@ class RunSteps:
         self._bound = bound
         self._number = number
         self._is_sequence = is_sequence
-        self._steps = MicroSteps(program, goal, program.memoized_steps, _MAX_MEMOIZED)
+        self._steps = MicroSteps(program, goal, program.memoized_steps, self._most_memoized)
         self._idle_steps = program.micro_steps(None)
         self._planning = program.plan_states[PlanState.PLANNING]
         self._executing = program.plan_states[PlanState.EXECUTING]
@@ -208,7 +207,9 @@ class RunSteps:
         self._numbers = {name: number for number, name in enumerate(program.operations)}
         replies = [_replies(line, relevance) for line in program.requests]
         self._replies = tuple(map(tuple, replies))
-        self._changes = {reply: changes for each in replies for reply, changes in each.items()}
+        self._changes = {
+            reply: (number, *changes) for number, each in enumerate(replies) for reply, changes in each.items()
+        }
         self._outside = relevant_changes(program, relevance) if is_open else OutsideChanges(())
         self._changed: dict[Happening, tuple[int, int]] = {}
         self._taken = {transition.name: visits.bit(transition.name, Aspect.TAKEN) for transition in program.automatic}
@@ -218,6 +219,8 @@ class RunSteps:
         self._queued_in: dict[int, int] = {}
         self._questions: dict[int, _PlanQuestion] = {}
         self._answered_steps: dict[int, RunStep] = {}
+        self._known_changes: dict[Happening, Happening] = {}
+        self._requests_of: dict[tuple[int, ...], tuple[RequestLine, ...]] = {(): ()}
         self._rest_visits = RestVisits(self._outside, self._idle)
         self._after_ends: dict[int, RunEnding] = {}
         self._ends: dict[PlanState, dict[int | tuple[int, ...], RunEnding]] = {state: {} for state in PlanState}
@@ -230,12 +233,11 @@ class RunSteps:
     def begin(self, state: int) -> RunStep:
         """Return the step in which the goal is given to a runner at rest in a packed state."""
         keep, bits = self._planning
-        return self._settle(SettlingRun((state & keep | bits) & self._kept, 0, (), goal=self._number))
+        return self._settle(SettlingRun((state & keep | bits) & self._kept, 0, (), goal=self._number, settled=state))
 
     def resume(self, state: int, in_flight: Iterable[int]) -> RunStep:
         """Return the step of a run without a plan from a packed state on, with these requests in flight."""
-        lines = tuple(self._program.requests[number] for number in in_flight)
-        return self._settle(SettlingRun(state & self._kept, 0, lines, goal=self._number))
+        return self._settle(SettlingRun(state & self._kept, 0, tuple(in_flight), goal=self._number))
 
     def rest(self, state: int, goal: int = NO_GOAL) -> Position:
         """Return the position of a runner at rest in a packed state, in which it is settled."""
@@ -258,8 +260,13 @@ class RunSteps:
         for maker, after in self._outside.following(state, in_flight):
             if after not in seen:
                 seen[after] = None
-                changes = self._program.packing.changes(state, after)
-                yield Happening(HappeningKind.OUTSIDE, maker.name, measured=changes, by=type(maker)), after
+                yield self._change(maker, state, after), after
+
+    def _change(self, maker: Maker, state: int, after: int) -> Happening:
+        """Return the change that a maker makes; equal ones are identical."""
+        changes = self._program.packing.changes(state, after)
+        change = Happening(HappeningKind.OUTSIDE, maker.name, measured=changes, by=type(maker))
+        return self._known_changes.setdefault(change, change)
 
     def happenings(self, position: Position) -> Iterable[Happening]:
         """Yield everything that can happen next, failures first: so walks have obstacles behind them."""
@@ -269,17 +276,33 @@ class RunSteps:
             return
         if position.is_asking:
             yield ANSWER
-        replies = [reply for number in position.in_flight for reply in self._replies[number]]
-        yield from (reply for reply in replies if not reply.succeeded)
-        current = self._program.current(position.state)
-        if current is not None and current.has_timer:
-            yield DEADLINE
-        yield from (reply for reply in replies if reply.succeeded)
-        yield from (change for change, _ in self._changes_from_outside(position.state, position.in_flight))
+        yield from (event[0] for event in self._events(position.state, position.in_flight))
         if self._outside and position.awaits is WaitsFor.CHANGE and not position.in_flight:
             yield GIVE_UP
-        if self._is_sequence or self._end(position.state, self._lines(position), PlanState.ABORTED).visits:
+        if self._is_sequence or self._end(position.state, position.in_flight, PlanState.ABORTED).visits:
             yield TIME_LIMIT  # it ends the run; of interest only if something follows the end
+
+    def following(self, position: Position) -> Iterator[tuple[Happening, RunStep]]:
+        """Yield everything that can happen next, in the order of `happenings`, each with the step that it starts."""
+        for happening in self.happenings(position):
+            yield happening, self.after(position, happening)
+
+    def _events(self, state: int, in_flight: tuple[int, ...]) -> Iterator[tuple[Happening, int, tuple[int, ...], bool]]:
+        """Yield replies, deadlines and changes from outside, each with the state and the requests in flight after it.
+
+        The last part says whether a timer has passed.
+        """
+        replies = [reply for number in in_flight for reply in self._replies[number]]
+        for is_success in (False, True):
+            for reply in replies:
+                if reply.succeeded is is_success:
+                    number, keep, bits = self._changes[reply]
+                    yield reply, state & keep | bits, tuple([each for each in in_flight if each != number]), False
+            current = None if is_success else self._program.current(state)
+            if current is not None and current.has_timer:
+                yield DEADLINE, state, in_flight, True
+        for change, after in self._changes_from_outside(state, in_flight):
+            yield change, after, in_flight, False
 
     def after(self, position: Position, happening: Happening) -> RunStep:
         """Return the step that an event starts in a position."""
@@ -296,8 +319,8 @@ class RunSteps:
             case HappeningKind.DEADLINE:
                 return self._settle(run, timer_passed=True)
             case HappeningKind.REPLY:
-                run.in_flight = tuple(line for line in run.in_flight if line.resource.name != happening.resource)
-                keep, bits = self._changes[happening]
+                number, keep, bits = self._changes[happening]
+                run.in_flight = tuple(other for other in run.in_flight if other != number)
                 run.state = run.state & keep | bits
             case HappeningKind.OUTSIDE:
                 if happening not in self._changed:
@@ -310,40 +333,48 @@ class RunSteps:
                 assert_never(happening.kind)
         return self._settle(run)
 
-    def _lines(self, position: Position) -> tuple[RequestLine, ...]:
-        requests = self._program.requests
-        return tuple([requests[number] for number in position.in_flight]) if position.in_flight else ()
-
     def _resumed(self, position: Position) -> SettlingRun:
         """Return the run that was settled in a position."""
         asked = self._question_in(position)
         queue = 0 if asked is not None else position.queue
         unsolvable_in = position.state if position.awaits is WaitsFor.CHANGE else None
-        return SettlingRun(position.state, queue, self._lines(position), asked, unsolvable_in, goal=self._number)
+        run = SettlingRun(position.state, queue, position.in_flight, asked, unsolvable_in, goal=self._number)
+        run.settled = position.state
+        return run
 
     # micro-steps
 
     def _settle(self, run: SettlingRun, *, timer_passed: bool = False) -> RunStep:
         """Take micro-steps until the run waits or ends."""
+        while True:
+            complete = self._take_turn(run, timer_passed=timer_passed) or self._follow_plan(run)
+            if complete is not None:
+                return complete
+            timer_passed = False  # after a timer that has passed a new plan is requested
+
+    def _take_turn(self, run: SettlingRun, *, timer_passed: bool) -> RunStep | None:
+        """Take the micro-steps that no plan decides; return the step if the run waits or ends."""
         first, evaluated = self._steps.first, self.evaluated
         chain: dict[int, None] = {}
+        automatic = 0  # since the last answer of the planner, request for a plan, or operation that became current
         while True:
             state = run.state
             evaluated[state] = None
-            step = first(state, run.in_flight, timer_passed=timer_passed)
+            step = first(state, self._requests(run.in_flight), timer_passed=timer_passed)
             if isinstance(step, AutomaticMove):
-                if run.automatic == self._bound or state in chain:
+                if automatic == self._bound or state in chain:
                     return self._livelock(run, tuple(chain))
-                if run.automatic >= _LONG:
+                if automatic >= _LONG:
                     chain[state] = None
+                automatic += 1
                 timer_passed = timer_passed and step.failed is None
                 self._take_automatic(run, step)
                 continue
             if chain:
                 chain.clear()
             if step is _FOLLOW_PLAN:
-                complete = self._follow_plan(run)
-            elif isinstance(step, OperationMove):
+                return None
+            if isinstance(step, OperationMove):
                 timer_passed = False  # after a timer that has passed a new plan is requested
                 complete = self._move_operation(run, step)
             else:
@@ -351,13 +382,19 @@ class RunSteps:
             if complete is not None:
                 return complete
 
+    def _requests(self, in_flight: tuple[int, ...]) -> tuple[RequestLine, ...]:
+        """Return the request variables of resources."""
+        if in_flight not in self._requests_of:
+            self._requests_of[in_flight] = tuple(self._program.requests[number] for number in in_flight)
+        return self._requests_of[in_flight]
+
     def _follow(self, run: SettlingRun, step: RequestSending | RequestCancelling | RunTurn | None) -> RunStep | None:
         """Take a micro-step of the run as a whole; return the step if it is complete."""
         match step:
             case RequestSending(line, after):
-                run.in_flight = (*(other for other in run.in_flight if other is not line), line)
+                run.in_flight = (*(other for other in run.in_flight if other != line.number), line.number)
             case RequestCancelling(line, after):
-                run.in_flight = tuple(other for other in run.in_flight if other is not line)
+                run.in_flight = tuple(other for other in run.in_flight if other != line.number)
             case RunTurn.REACH_GOAL:
                 return self._ended(run, End.REACHED)
             case RunTurn.ABORT:
@@ -369,7 +406,6 @@ class RunSteps:
 
     def _take_automatic(self, run: SettlingRun, move: AutomaticMove) -> None:
         transition, failed, after = move
-        run.automatic += 1
         run.visits |= self._taken[transition.name]
         if failed is not None:
             run.visits |= self._entered[failed.name][OperationState.FAILED]
@@ -411,7 +447,6 @@ class RunSteps:
     def _request_plan(self, run: SettlingRun) -> None:
         """Ask for a plan; a limit can end the run instead."""
         self._cut_off(run)
-        run.automatic = 0
         keep, bits = self._planning
         run.state = run.state & keep | bits
         run.asked = self._question_from(run.state)
@@ -425,7 +460,7 @@ class RunSteps:
             return None
         known = self._answered_steps.get(run.state)
         if known is None:
-            known = self._settle(SettlingRun(run.state, 0, (), run.asked, goal=self._number))
+            known = self._settle(SettlingRun(run.state, 0, (), run.asked, goal=self._number, settled=run.settled))
             self._answered_steps[run.state] = known
         target, visits, cut_off, rests, cut_off_rests, _ = known
         visits, cut_off = run.visits | visits, run.cut_off | cut_off
@@ -434,7 +469,6 @@ class RunSteps:
     def _take_next(self, run: SettlingRun, way: FollowingOperation) -> None:
         """Let the next operation of the plan become current, or the plan end."""
         number, run.queue = way
-        run.automatic = 0
         if number < 0:
             return
         keep, bits = self._operations[number].take_current
@@ -455,7 +489,6 @@ class RunSteps:
             raise PlanningTooLargeError
         run.answered[position] = None
         self._cut_off(run)  # a limit can end the run here, too
-        run.automatic = 0
         return self._answer(run)
 
     def _goes_round(self, run: SettlingRun) -> RunStep:
@@ -533,14 +566,14 @@ class RunSteps:
             rests += end.rests
         return run.complete(None, visits, tuple(dict.fromkeys(rests)))
 
-    def _end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> RunEnding:
+    def _end(self, state: int, in_flight: tuple[int, ...], plan_state: PlanState) -> RunEnding:
         """Return what follows the end of a run: its requests are given up, automatic transitions follow."""
         if not self._program.automatic and not self._is_sequence:
             return _NOTHING_FOLLOWS
         ends = self._ends[plan_state]
-        key = (state, *(line.number for line in in_flight)) if in_flight else state
+        key = (state, *in_flight) if in_flight else state
         if key not in ends:
-            ends[key] = self._after_end(self._at_end(state, in_flight, plan_state))
+            ends[key] = self._after_end(self._at_end(state, self._requests(in_flight), plan_state))
         return ends[key]
 
     def _after_end(self, state: int) -> RunEnding:
@@ -573,16 +606,12 @@ class RunSteps:
             self.evaluated[state] = None
             step = self._idle_steps.first(state, (), timer_passed=False)
             if not isinstance(step, AutomaticMove):
-                self._note_idle(step)
                 return visits, (state & self._kept,)
             visits |= self._taken[step.transition.name]
             state = step.after & self._kept
             if state in seen or len(seen) > self._bound:
                 return visits, ()
             seen[state] = None
-
-    def _note_idle(self, step: MicroStep | None) -> None:
-        """Note what a runner without a goal would do if it did more than take automatic transitions: nothing here."""
 
 
 def _entered(name: str, visits: Visits) -> dict[OperationState, int]:

@@ -75,10 +75,10 @@ class WatchedSteps(NotedSteps):
         self._alternative = None
         return step
 
-    def _end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> RunEnding:
-        key = (state, tuple(line.number for line in in_flight), plan_state)
+    def _end(self, state: int, in_flight: tuple[int, ...], plan_state: PlanState) -> RunEnding:
+        key = (state, in_flight, plan_state)
         if key not in self._known_ends:
-            self._known_ends[key] = self._watched_end(*key[:1], in_flight, plan_state)
+            self._known_ends[key] = self._watched_end(state, self._requests(in_flight), plan_state)
         ending, truths = self._known_ends[key]
         if self._alternative is None:
             for each in truths:
