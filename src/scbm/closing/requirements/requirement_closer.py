@@ -224,14 +224,15 @@ class RequirementCloser:
             self._open[name] = why_incomplete(canonical)
             return
         search = BlockingSearch(canonical)
+        is_drawn = self._model.runs.plans is RunPlans.DRAWN
         if search.blocked:
-            is_drawn = self._model.runs.plans is RunPlans.DRAWN
             self._open[name] = (_NOT_JUDGED if is_drawn else _NOT_SHOWN, None)
             if key not in self._cases:
                 self._cases.try_walks(canonical, search.walks(), (key,))
                 self._cases.try_random((key,))
         else:
-            self._continued = search if canonical.proves else None
+            is_certified = canonical.proves and not is_drawn  # the checker knows continuations of canonical plans alone
+            self._continued = search if is_certified else None
             self._blocks_under_other_plans = not self._sentences.leaves_behind_no_more(search.rests, canonical)
 
     def _with_canonical_plans(self, runs: AllRuns) -> AllRuns:

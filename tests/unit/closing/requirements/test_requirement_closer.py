@@ -13,6 +13,7 @@ from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, Req
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import load_model, read_case, read_model, write_case
 from scbm.model import BehaviorModel, GoalOrder, Outcome, RunPlans, RunsDeclaration
+from scbm.proofcheck import check_certificate
 from scbm.running.micro_steps import MicroStep, MicroSteps
 from scbm.testing import Campaign, FailureKind, RandomCases, Tester
 from scbm.testing.continuations import waiting_runs
@@ -113,6 +114,18 @@ def test_the_report_says_which_runs_an_answer_is_about(wording: Wording) -> None
         decisions = decide(model)
         lines = [f"{each.name} {each.status.value} {each.reason}" for each in decisions.decided]
         wording("\n".join([*lines, *decisions.assumptions]))
+
+
+@pytest.mark.parametrize("runs", [RunsDeclaration(), RESUMES, RunsDeclaration(plans=RunPlans.DRAWN)])
+def test_the_checker_accepts_each_certificate_that_closing_writes(runs: RunsDeclaration) -> None:
+    model = replace(scan_cell(), runs=runs)
+    decisions = decide(model)
+    found = decided(decisions, "non_blocking")
+    has_certificate = runs.goals is GoalOrder.SEQUENCE and runs.plans is RunPlans.CANONICAL
+    assert (found.holds, found.certificate is not None) == (runs.goals is GoalOrder.SEQUENCE, has_certificate)
+    certificates = dict(decisions.certificates)
+    assert len(certificates) == 1 + has_certificate
+    assert not [flaw for each in certificates.values() for flaw in check_certificate(each, model)]
 
 
 # what is violated
