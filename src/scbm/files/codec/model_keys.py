@@ -329,7 +329,12 @@ class ModelKeys(Keys):
     def model(self, *, is_bound: bool = True) -> BehaviorModel:
         """Return the model, with its bindings or without; valid only if no error is noted."""
         variables = {entry.name: entry.value.variable(entry.name) for entry in self._named(self.variables)}
-        self.reader.scope = Scope(self._all_names(variables), self._misses_names(), objects=self.reader.scope.objects)
+        self.reader.scope = Scope(
+            self._all_names(variables),
+            self._misses_names(),
+            self._is_unclear("operations"),
+            objects=self.reader.scope.objects,
+        )
         self._refuse_ambiguous_symbols()
         resources = [entry.value.resource(entry.name) for entry in self._named(self.resources)]
         self._refuse_odd_requests()
@@ -500,21 +505,22 @@ class ModelKeys(Keys):
             yield variable, "kept by the runner", places.get(operation, self.node.place)
 
     def _misses_names(self) -> bool:
-        """Return whether something that declares names cannot be read; its own error explains why."""
-        return not self.is_clear or any(self._is_unclear(section) for section in _DECLARING)
+        """Return whether something that declares other names than states cannot be read; its own error explains why."""
+        is_unclear = any(self._is_unclear(section) for section in _DECLARING if section != "operations")
+        return is_unclear or not self.is_clear or self._has_other_entries("operations")
 
     def _is_unclear(self, section: str) -> bool:
         node = self.node.get(section)
         if node is None:
             return self.declared[section].required
-        own = _DECLARING[section].declared.keys()
+        is_whole = isinstance(node.plain, dict) and not node.incomplete
+        return not is_whole or not all(map(NAME.fullmatch, node.items)) or self._has_other_entries(section)
+
+    def _has_other_entries(self, section: str) -> bool:
+        """Return whether an entry of a section has keys that entries of another section have."""
+        node, own = self.node.get(section), _DECLARING[section].declared.keys()
         others = {key for keys in _DECLARING.values() for key in keys.declared if key not in own}
-        return (
-            node.incomplete
-            or not isinstance(node.plain, dict)
-            or not all(NAME.fullmatch(name) for name in node.items)
-            or any(not others.isdisjoint(entry.items) for entry in node.items.values())
-        )
+        return node is not None and any(not others.isdisjoint(entry.items) for entry in node.items.values())
 
     def _refuse_ambiguous_symbols(self) -> None:
         """Note names that are both a variable and a value."""

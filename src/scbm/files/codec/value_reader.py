@@ -73,7 +73,7 @@ class ValueReader:
 
     def refuse_unknown(self, name: str, place: Place) -> None:
         """Note that no variable has this name."""
-        if not self.scope.incomplete:
+        if not self.scope.may_miss(name):
             known = [n for n, v in self.scope.variables.items() if v is None or v.role is Role.DECLARED]
             remedy = self.report.suggestion(name, known, "the variables are", place)
             self.add(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", place, remedy)

@@ -149,13 +149,13 @@ class _ObjectStage:
                 key = self._unnamed_key(section, entry, key)
             last = last_line(entry.node)
             self._report.fold_lines(entry.place, last)
-        scope = scope.with_parameters(parameters)
+        scope, noted = scope.with_parameters(parameters), len(self._report)
         maker = TemplateMaker(scope, self._report)
         node, conditions = self._conditions(entry, key, scope)
         lifted = _LiftedEntry(entry, key, maker.template(self._shaped(section, node), kind))
         if key is not None:
             conditions += _conditions_of_guard(lifted.template)
-            lifted.choices = self._choices(section, key, conditions)
+            lifted.choices = self._choices(section, key, conditions, is_sure=len(self._report) == noted)
             parameters = {kind: name for name, kind in reversed(key.parameters.items())}
             self._report.fold_lines(entry.place, last, len(lifted.choices), parameters)
             if not lifted.choices:
@@ -171,14 +171,18 @@ class _ObjectStage:
             return node.items["requirement"]
         return node
 
+    def _miss_names(self, section: str, base: str) -> None:
+        """Note that names of a section are missing, and those of the instances of an entry."""
+        self._incomplete.append(section)
+        for indexed in self._owned(section, base):
+            indexed.is_whole = False
+
     def _unnamed_key(self, section: str, entry: MappingEntry, key: LiftedKey | None) -> LiftedKey:
         """Return another key for an entry whose key is wrong, which is noted: the rest of the entry is checked, too.
 
         It has the parameters without errors. What depends on others is left out.
         """
-        self._incomplete.append(section)
-        for indexed in self._owned(section, entry.key.partition("[")[0].rstrip()):
-            indexed.is_whole = False
+        self._miss_names(section, entry.key.partition("[")[0].rstrip())
         base = f"unnamed_entry_{len(self._unnamed)}"
         self._unnamed[base] = entry.key
         right = [pair for pair in zip(key.names, key.kinds, strict=True) if pair[1]] if key is not None else []
@@ -238,15 +242,19 @@ class _ObjectStage:
             return node, []
         return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conditions()]
 
-    def _choices(self, section: str, key: LiftedKey, conditions: list[Formula]) -> list[tuple[str, ...]]:
+    def _choices(
+        self, section: str, key: LiftedKey, conditions: list[Formula], *, is_sure: bool
+    ) -> list[tuple[str, ...]]:
+        """Return the choices of an entry, or one of too many; note these if `is_sure`: no error explains them."""
         try:
             choices = choices_of(key, self.facts.types, conditions)
         except TooManyChoices as error:
             message = f"`{key.shown}` has {error.shown}"
             remedy = "use fewer objects, or exclude choices with `where`"
-            self._report.add(Slug.TOO_MANY_INSTANCES, message, key.place, remedy)
-            self._incomplete.append(section)
-            return []
+            if is_sure:
+                self._report.add(Slug.TOO_MANY_INSTANCES, message, key.place, remedy)
+            self._miss_names(section, key.base)
+            return [tuple(self.facts.objects(kind)[0] for kind in key.kinds)]
         except SyntaxFault as fault:
             self._report.add(fault.slug, fault.message, key.place, fault.remedy)
             raise self._report.error() from None
@@ -278,8 +286,9 @@ class _ObjectStage:
             message = f"`{section}` has {count:,} entries when they are written out; at most {MAX_CHOICES:,} are built"
             place = self._document.key_places[section]
             self._report.add(Slug.TOO_MANY_INSTANCES, message, place, "use fewer objects")
-            self._incomplete.append(section)
-            entries.clear()
+            for entry in entries:
+                self._miss_names(section, entry.written.key.partition("[")[0].rstrip())
+                del entry.choices[1:]
 
     def _with_domain(self, node: YamlNode) -> YamlNode:
         """Return a variable whose domain lists the objects of the types that it names."""

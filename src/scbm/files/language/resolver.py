@@ -278,7 +278,7 @@ class Resolver:
             remedy = self.suggest("", self._readable(), "the variables are", begin, end)
             message = f"`{name}` is an object, and a variable is needed here"
             self.complain(Slug.UNKNOWN_VARIABLE, message, begin, end, remedy)
-        elif not self.scope.incomplete:
+        elif not self.scope.may_miss(name):
             is_clock = name.lower() in _CLOCKS
             near = None if is_clock else self.suggest(name, self._readable(), "the variables are", begin, end)
             remedy = NO_CLOCKS if is_clock else near
@@ -311,7 +311,7 @@ class Resolver:
 
     def _misfit(self, term: Constant | _Word, value: Value, name: str, domain: Domain, tree: SyntaxTree) -> None:
         """Note a value outside the domain of variable `name`, or an unknown word."""
-        if self.scope.incomplete and isinstance(term, _Word):
+        if isinstance(term, _Word) and self.scope.may_miss(term.name):
             return
         shown = format_value(value)
         begin, end = extent(tree)
@@ -394,10 +394,10 @@ class Resolver:
 
     def _is_unknown(self, tree: SyntaxTree) -> bool:
         """Return whether a term is a name, and surely no variable."""
-        if tree.data != "term" or self.scope.incomplete:
+        if tree.data != "term":
             return False
         token = _leaf_token(tree, 0)
-        return token.type == "NAME" and token not in self.scope.variables
+        return token.type == "NAME" and token not in self.scope.variables and not self.scope.may_miss(token)
 
     def _operand(self, term: Term | _Word | None, tree: SyntaxTree) -> Term | None:
         """Return a term of a sum, if it is an integer."""
@@ -406,7 +406,7 @@ class Resolver:
                 self._refuse_operand(term.name, "an object", tree)
             elif not self.scope.has(term.name):
                 self._unknown_variable(term.name, *extent(tree))
-            elif not self.scope.incomplete:
+            elif not self.scope.may_miss(term.name):
                 self._refuse_operand(term.name, "a symbol", tree)
             return None
         if isinstance(term, Constant) and kind_of(term.constant) is not ValueKind.INTEGER:

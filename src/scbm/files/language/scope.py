@@ -54,6 +54,7 @@ class Scope(Struct, frozen=True, dict=True):
     Attributes:
         variables: the variables by name, in order; `None` if the declaration is wrong, for which an error is noted.
         incomplete: whether a part of the model that declares names is wrong, so that an unknown name is no error.
+        misses_states: the same for operations, which declare the names of their states.
         operations: the names of the operations, in order; only for a complete model.
         resources: the resources by name, in order; only for a complete model.
         objects: the names of objects: a parameter was written where one stands that is neither a value nor a variable.
@@ -61,9 +62,14 @@ class Scope(Struct, frozen=True, dict=True):
 
     variables: Mapping[str, Variable | None]
     incomplete: bool = False
+    misses_states: bool = False
     operations: tuple[str, ...] = ()
     resources: Mapping[str, Resource] = field(default_factory=dict)
     objects: frozenset[str] = frozenset()
+
+    def may_miss(self, name: str) -> bool:
+        """Return whether a part of the model that is wrong may declare a name."""
+        return self.incomplete or (self.misses_states and name.endswith(".state"))
 
     @staticmethod
     def of(model: BehaviorModel) -> Scope:
