@@ -110,6 +110,7 @@ def decided_requirement_json(decided: DecidedRequirement, output: ClosingFiles |
         "reason": decided.reason,
         "option": decided.option,
         "certificate": certificate,
+        "undeclared": list(decided.undeclared),
     } | ({} if decided.case is None else {"case": decided.case})
 
 

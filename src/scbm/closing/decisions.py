@@ -384,6 +384,7 @@ class DecidedRequirement(Struct, frozen=True):
         option: the option of `scbm close` that raises the limit that ended the search, if there is one.
         is_built_in: whether it is a built-in requirement; one of the user may be called alike.
         certificate: the name of its certificate; `None` if it has none.
+        undeclared: as in `words_of_undeclared`; empty if the answer does not rest on such variables.
     """
 
     name: str
@@ -394,6 +395,7 @@ class DecidedRequirement(Struct, frozen=True):
     option: str | None = None
     is_built_in: bool = True
     certificate: str | None = None
+    undeclared: tuple[str, ...] = ()
 
     @property
     def holds(self) -> bool:
@@ -428,7 +430,7 @@ class RequirementDecisions(Struct, frozen=True):
         """Return the decisions as stores keep them: those about requirements of the model and built-in ones."""
         own = [requirement.name for requirement in model.requirements]
         return tuple(
-            KnownDecision(each.name, each.is_built_in, each.status, each.reason, each.case or "")
+            KnownDecision(each.name, each.is_built_in, each.status, each.reason, each.case or "", each.undeclared)
             for each in self.decided
             if each.is_built_in or each.name in own
         )

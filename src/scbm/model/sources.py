@@ -15,12 +15,13 @@ from math import prod
 from typing import TYPE_CHECKING, TypeAlias
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.model.predicates import Constant
 from scbm.model.variables import State, VariableSource
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.model.behavior import BehaviorModel, EnvironmentTransition
     from scbm.model.operations import Action
@@ -103,6 +104,12 @@ def undeclared(model: BehaviorModel) -> tuple[str, ...]:
     assigned = {name: None for name in assigned if name not in moved(model)}
     by_name = {variable.name: variable for variable in model.variables}
     return tuple(name for name in inputs(model) if name in assigned and by_name[name].source is None)
+
+
+def declared_as_states(model: BehaviorModel, names: Sequence[str]) -> BehaviorModel:
+    """Return the model in which nothing but itself changes the variables `names`."""
+    variables = (replace(v, source=VariableSource.STATE) if v.name in names else v for v in model.variables)
+    return replace(model, variables=tuple(variables))
 
 
 def unassigned(model: BehaviorModel) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 16
+TABLES_VERSION = 17
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -286,6 +286,12 @@ TABLES: dict[str, StoreTable] = {
             ),
             StoreColumn("reason", "TEXT NOT NULL", "where it holds, how the case violates it, or why it is open"),
             StoreColumn("test_case", "TEXT NOT NULL", "the name of the case that violates it, or empty"),
+            StoreColumn(
+                "undeclared",
+                "TEXT NOT NULL",
+                "the variables without `source` that have to change from outside for it to hold: names with"
+                " blanks between them, or empty",
+            ),
             StoreColumn("closed", "TEXT NOT NULL", "when the model was closed, as `started` of `run`"),
         ),
         without_rowid=True,

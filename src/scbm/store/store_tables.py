@@ -235,12 +235,13 @@ class Tables:
     def decisions(self) -> Iterator[tuple[int, StoredDecision]]:
         """Yield each answer about a requirement with the id of its model, in the order of their names."""
         rows = self._connection.execute(
-            "SELECT model, planner, goals, name, is_built_in, status, reason, test_case, closed"
+            "SELECT model, planner, goals, name, is_built_in, status, reason, test_case, undeclared, closed"
             " FROM decision ORDER BY name, is_built_in, key"
         )
-        for model, planner, goals, name, is_built_in, status, reason, case, closed in rows:
+        for model, planner, goals, name, is_built_in, status, reason, case, undeclared, closed in rows:
             texts = _text(name), bool(is_built_in), RequirementStatus(status), _text(reason), _text(case)
-            yield model, StoredDecision(KnownDecision(*texts), _text(planner), GoalOrder(goals), _moment(closed))
+            decision = KnownDecision(*texts, tuple(_text(undeclared).split()))
+            yield model, StoredDecision(decision, _text(planner), GoalOrder(goals), _moment(closed))
 
     def visits(self) -> Iterator[tuple[bytes, str, int]]:
         """Yield key, name and visited obligations of each case, in the order of runs and of positions in them.
@@ -386,13 +387,13 @@ class Tables:
         parts = (digest, stored.planner, stored.goals, str(decision.is_built_in), decision.name)
         key = sha256("\0".join(parts).encode()).digest()[:16]
         self._connection.execute(
-            "INSERT INTO decision (key, model, planner, goals, name, is_built_in, status, reason, test_case, closed)"
-            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET"
+            "INSERT INTO decision (key, model, planner, goals, name, is_built_in, status, reason, test_case,"
+            " undeclared, closed) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET"
             " status = excluded.status, reason = excluded.reason, test_case = excluded.test_case,"
-            " closed = excluded.closed WHERE excluded.closed > closed",
+            " undeclared = excluded.undeclared, closed = excluded.closed WHERE excluded.closed > closed",
             (
                 *(key, model, stored.planner, stored.goals.value, decision.name, decision.is_built_in),
-                *(decision.status.value, decision.reason, decision.case, stored.closed),
+                *(decision.status.value, decision.reason, decision.case, " ".join(decision.undeclared), stored.closed),
             ),
         )
 

@@ -11,7 +11,7 @@ from scbm.model.requirements import BUILT_IN_NAMES
 from scbm.model.visible_text import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.model import BehaviorModel
 
@@ -49,6 +49,7 @@ class KnownDecision(Struct, frozen=True):
         status: the answer.
         reason: where it holds, how the case violates it, or why it is open.
         case: the name of the case that violates it; empty for none.
+        undeclared: as in `words_of_undeclared`; empty if the answer does not rest on such variables.
     """
 
     name: str
@@ -56,11 +57,31 @@ class KnownDecision(Struct, frozen=True):
     status: RequirementStatus
     reason: str
     case: str = ""
+    undeclared: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
         """The answer in few words."""
-        return f"violated by {self.case}" if self.case else _WORDS[self.status]
+        if self.case:
+            return f"violated by {self.case}"
+        return f"{_WORDS[self.status]}{words_of_undeclared(self.undeclared)}"
+
+
+def words_of_undeclared(names: Sequence[str]) -> str:
+    """Return the condition under which a requirement holds, as the end of a sentence; empty without one.
+
+    Args:
+        names: variables without `source` that the model assigns, so that they count as inputs. The requirement is
+            violated if only the model changes them.
+    """
+    if not names:
+        return ""
+    listed = f"`{'`, `'.join(names)}`"
+    they, have, them = ("it", "has", "it") if len(names) == 1 else ("they", "have", "them")
+    return (
+        f", if {listed} can be changed from outside: {they} {have} no `source`; write `source: state` if only the "
+        f"model changes {them}"
+    )
 
 
 class CheckedRequirement(Struct, frozen=True):

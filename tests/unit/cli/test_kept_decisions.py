@@ -121,6 +121,38 @@ def test_every_format_has_it_beside_the_requirement(scbm: Scbm, lamp: Path) -> N
     assert all(run["tool"]["driver"]["rules"][each["ruleIndex"]]["id"] == each["ruleId"] for each in run["results"])
 
 
+STUCK = """\
+behavior_model: stuck
+variables:
+  lamp: {domain: [off, on], initial: off}
+  button: {domain: [up, down], initial: up, source: input}
+  latch: {domain: [free, set], initial: free}
+operations:
+  switch: {pre: {g: lamp == off && latch == free}, post: {g: true, a: [lamp <- on]}}
+  dim: {pre: {g: lamp == on && latch == free}, post: {g: true, a: [lamp <- off]}}
+automatic_transitions:
+  trip: {g: button == down && latch == free, a: [latch <- set]}
+goals: {lit: lamp == on, dark: lamp == off}
+"""
+
+
+def test_every_report_says_that_an_answer_rests_on_a_variable_without_a_source(scbm: Scbm, lamp: Path) -> None:
+    lamp.write_text(STUCK, encoding="utf-8")
+    kinds = ("html", "markdown", "junit", "sarif")
+    closed = scbm("close", lamp, "--requirements", "--store", "s.db")
+    texts = {"close": closed.out, "test": scbm("test", lamp, "--cases", "3", "--store", "s.db").out}
+    texts |= {"report": scbm("report", "s.db").out, "explain": scbm("explain", lamp, "non_blocking").out}
+    ran = scbm("report", "s.db", "--json", *(part for kind in kinds for part in (f"--{kind}", f"s.{kind}")))
+    texts |= {kind: Path(f"s.{kind}").read_text(encoding="utf-8") for kind in kinds}
+    plain = {kind: re.sub(r"[`\\]|</?code>|\s+", " ", text) for kind, text in texts.items()}
+    condition = re.compile(r"holds[ \w]*, if +latch +can be changed from outside: it has no +source")
+    assert not [kind for kind, text in plain.items() if not condition.search(text)], plain
+    found = {each["name"]: each["decision"] for each in json.loads(ran.out)["requirements"] if each["decision"]}
+    assert (found["non_blocking"]["status"], found["non_blocking"]["undeclared"]) == ("holds", ["latch"])
+    closing = json.loads(scbm("close", lamp, "--requirements", "--json").out)["requirements"]["decided"]
+    assert {each["name"]: each["undeclared"] for each in closing}["non_blocking"] == ["latch"]
+
+
 def test_a_requirement_is_explained_by_what_closing_says_of_it(scbm: Scbm, lamp: Path) -> None:
     lamp.write_text(LAMP + WRONG + "  free: never lamp == on && relay_req_trigger == true\n", encoding="utf-8")
     violated = scbm("explain", lamp, "never_on")

@@ -16,6 +16,7 @@ from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.walks import path_along
 from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
 from scbm.model.requirements import BuiltIn
+from scbm.model.sources import InitialStates, declared_as_states
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.proofcheck import ContinuationsArgument, GoalContinuations
 from scbm.running.untimed.situations import NO_GOAL, PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind
@@ -47,9 +48,17 @@ class BlockingSearch:
         is_complete: whether all runs were explored.
     """
 
-    def __init__(self, runs: AllRuns) -> None:
-        """`runs` are sequences of goals under canonical plans; their edges have notes."""
+    def __init__(self, runs: AllRuns, states: Sequence[str] = ()) -> None:
+        """Prepare the search.
+
+        Args:
+            runs: sequences of goals under canonical plans; their edges have notes.
+            states: variables that nothing outside the model changes, whatever the model says.
+        """
         self._runs = runs
+        self._states = states
+        self._model = declared_as_states(runs.model, states)
+        self._beginnings = InitialStates(self._model)
         self._graph = runs.graphs[0]
         self.is_complete = runs.stopped is None
 
@@ -92,7 +101,7 @@ class BlockingSearch:
         before: dict[int, list[int]] = {}
         ends: list[list[int]] = [[] for _ in graph.goals]
         for node in range(1, len(graph.positions) + 1):
-            for edge in graph.edges(node):
+            for edge in self._edges(node):
                 if _may_continue(graph.label(edge.number)):
                     if edge.target >= 0:
                         before.setdefault(edge.target, []).append(node)
@@ -105,6 +114,16 @@ class BlockingSearch:
         is_given = isinstance(label, Happening) and label.kind is HappeningKind.GOAL
         return label.number if is_given else self._graph.positions[node - 1].goal  # type: ignore[union-attr]
 
+    def _edges(self, node: int) -> Iterator[Edge]:
+        """Yield the edges of a node without changes of `states` from outside."""
+        edges = self._graph.edges(node)
+        return (edge for edge in edges if not self._states or self._is_possible(self._graph.label(edge.number)))
+
+    def _is_possible(self, label: Happening | Start) -> bool:
+        if isinstance(label, Start):
+            return self._beginnings.can_begin(label.values)
+        return label.kind is not HappeningKind.OUTSIDE or not any(name in self._states for name, _ in label.measured)
+
     # histories
 
     def _nodes(self, follows: Callable[[int, Edge], bool]) -> Sequence[int]:
@@ -113,7 +132,7 @@ class BlockingSearch:
 
     def _searched(self, follows: Callable[[int, Edge], bool], start: int = 0) -> BreadthFirst[int, Edge]:
         def successors(node: int) -> Iterator[tuple[Edge, int]]:
-            return ((edge, edge.target) for edge in self._graph.edges(node) if edge.target > 0 and follows(node, edge))
+            return ((edge, edge.target) for edge in self._edges(node) if edge.target > 0 and follows(node, edge))
 
         search = BreadthFirst((start,), successors)
         search.expand_all()
@@ -135,8 +154,8 @@ class BlockingSearch:
     @cached_property
     def _plain_starts(self) -> list[Start]:
         """The initial states with nominal inputs and published values; all if none of these is allowed."""
-        outside = nominal_outside(self._runs.model)
-        starts = [label for edge in self._graph.edges(0) if isinstance(label := self._graph.label(edge.number), Start)]
+        outside = nominal_outside(self._model)
+        starts = [label for edge in self._edges(0) if isinstance(label := self._graph.label(edge.number), Start)]
         nominal = [start for start in starts if all(start.values[name] == value for name, value in outside.items())]
         return nominal or starts
 

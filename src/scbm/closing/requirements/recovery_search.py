@@ -14,6 +14,7 @@ from scbm.closing.requirements.violation_search import ViolatingWalk
 from scbm.closing.runs.walks import path_along
 from scbm.model import Assign, Constant, GoalOrder, OperationState
 from scbm.model.requirements import BuiltIn
+from scbm.model.sources import declared_as_states
 from scbm.model.variables import CURRENT_STATE
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.running.lifecycle import timer_ns
@@ -82,17 +83,18 @@ class RecoverySearch:
         is_any_livelocked: whether a run ends in a livelock, which fails its case by itself.
     """
 
-    def __init__(self, runs: AllRuns, most: int) -> None:
+    def __init__(self, runs: AllRuns, most: int, states: Sequence[str] = ()) -> None:
         """Search for nothing yet.
 
         Args:
             runs: the runs in which nothing changes from outside; their edges have notes.
             most: the maximum number of places.
+            states: variables that nothing outside the model changes, whatever the model says.
         """
         self._runs = runs
         self._program = runs.program
         self._model = runs.model
-        self._rules = ExcuseRules.of(runs.model)
+        self._rules = ExcuseRules.of(declared_as_states(runs.model, states))
         allowed = (*self._rules.may_end, *chain.from_iterable(ends for _, ends in self._rules.goals_may_end))
         self._follows_time_limit = End.TIME_LIMIT.value in allowed  # else it ends only runs that wait
         self._follows_limits = End.REPLAN_LIMIT.value in allowed  # else a run that a limit of plans ends is undecided

@@ -29,6 +29,7 @@ from scbm.closing.requirements.violation_search import ViolationSearch
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.model import GoalOrder, PlanSet, RunPlans
 from scbm.model.requirements import BuiltIn
+from scbm.model.sources import undeclared
 from scbm.planning import DEFAULT_PLANNER
 from scbm.testing.built_in_requirements import BUILT_INS
 
@@ -85,6 +86,8 @@ class RequirementCloser:
         self._situations = 0
         self._is_any_waiting = self._is_any_livelocked = self._is_interrupted = False
         self._blocks_under_other_plans = False
+        self._undeclared = undeclared(model)
+        self._rest_on_undeclared: list[str] = []
         self._proved: dict[RequirementKey, AllRuns] = {}
         self._continued: BlockingSearch | None = None
 
@@ -203,6 +206,8 @@ class RequirementCloser:
             self._open[name] = why_incomplete(runs)
         elif search.is_any_unknown:
             self._open[name] = (_UNKNOWN_HELP, None)
+        elif self._undeclared and RecoverySearch(runs, BESIDE * self._limits.situations, self._undeclared).missed():
+            self._rest_on_undeclared.append(name)
         self._is_any_waiting, self._is_any_livelocked = search.is_any_waiting, search.is_any_livelocked
         if missed and key not in self._cases:
             shown = self._with_canonical_plans(runs)
@@ -231,6 +236,8 @@ class RequirementCloser:
                 self._cases.try_walks(canonical, search.walks(), (key,))
                 self._cases.try_random((key,))
         else:
+            if self._undeclared and BlockingSearch(canonical, self._undeclared).blocked:
+                self._rest_on_undeclared.append(name)
             is_certified = canonical.proves and not is_drawn  # the checker knows continuations of canonical plans alone
             self._continued = search if is_certified else None
             self._blocks_under_other_plans = not self._sentences.leaves_behind_no_more(search.rests, canonical)
@@ -257,9 +264,10 @@ class RequirementCloser:
         if name in self._open:
             reason, option = self._open[name]
             return DecidedRequirement(name, RequirementStatus.UNDECIDED, reason, option=option)
-        if name == BuiltIn.NON_BLOCKING.value and self._blocks_under_other_plans:
-            return DecidedRequirement(name, RequirementStatus.HOLDS_CANONICAL, "in all runs")
-        return DecidedRequirement(name, RequirementStatus.HOLDS, self._where(name))
+        is_canonical = name == BuiltIn.NON_BLOCKING.value and self._blocks_under_other_plans
+        status = RequirementStatus.HOLDS_CANONICAL if is_canonical else RequirementStatus.HOLDS
+        rests_on = self._undeclared if name in self._rest_on_undeclared else ()
+        return DecidedRequirement(name, status, self._where(name), undeclared=rests_on)
 
     def _where(self, name: str) -> str:
         if not self._model.resources and name != BuiltIn.NON_BLOCKING.value:

@@ -31,6 +31,7 @@ from scbm.model.visible_text import counted, shown_path
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
 from scbm.reports.status_lines import lifted_lines, waiver_warnings
 from scbm.reports.terminal.failure_report import finding_lines
+from scbm.testing.decided_requirements import words_of_undeclared
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -357,13 +358,14 @@ def _certified(found: RequirementDecisions) -> str:
 
 def status_words(decided: DecidedRequirement) -> str:
     """Return a decision in words."""
+    where = f"{decided.reason}{words_of_undeclared(decided.undeclared)}"
     match decided.status:
         case RequirementStatus.HOLDS:
-            return f"holds {decided.reason}"
+            return f"holds {where}"
         case RequirementStatus.HOLDS_CANONICAL:
-            return f"holds under canonical plans {decided.reason}"
+            return f"holds under canonical plans {where}"
         case RequirementStatus.HOLDS_PLANNER:
-            return f"holds under the plans of this planner {decided.reason}"
+            return f"holds under the plans of this planner {where}"
         case RequirementStatus.CASES_ONLY:
             return f"judged by cases: {decided.reason}"
         case RequirementStatus.VIOLATED:

@@ -328,6 +328,46 @@ def test_a_requirement_that_is_off_is_not_decided() -> None:
     assert decisions.situations == 0
 
 
+LATCHES = """
+behavior_model: latches
+variables:
+  placed: {domain: bool, initial: false}
+  stop: {domain: [up, down], initial: up}
+  latch: {domain: [none, set], initial: none SOURCE}
+resources:
+  arm: {simulation: {latency: 4 s}}
+operations:
+  place: {request: arm, deadline: 20 s, guard: placed == false && latch == none, effects: [placed <- true]}
+  back: {pre: {g: placed == true && latch == none}, post: {g: true, a: [placed <- false]}}
+automatic_transitions:
+  trip: {g: SET && latch == none, a: [latch <- set]}
+  reset: {g: RESET && latch == set, a: [latch <- none]}
+environment:
+  press: {guard: stop == up, actions: [stop <- down]}
+  pull: {guard: stop == down, actions: [stop <- up]}
+goals: {placed: placed == true, away: placed == false}
+"""
+
+
+@pytest.mark.parametrize(
+    ("trips", "resets", "violated"),
+    [
+        ("stop == down", "false", ("non_blocking",)),
+        ("arm_req_state == failed", "false", ("recovers", "non_blocking")),
+        ("stop == down", "stop == up", ()),
+    ],
+)
+def test_what_holds_only_as_a_latch_has_no_source_says_so(trips: str, resets: str, violated: tuple[str, ...]) -> None:
+    text = LATCHES.replace("RESET", resets).replace("SET", trips)
+    inferred, declared = (decide(read_model(text.replace(" SOURCE", each))) for each in ("", ", source: state"))
+    assert {each.name: each.undeclared for each in inferred.decided if each.undeclared} == dict.fromkeys(
+        violated, ("latch",)
+    )
+    assert statuses(inferred) == dict.fromkeys(NAMES, HOLDS)
+    assert [name for name in violated if statuses(declared)[name] is HOLDS] == []
+    assert not any(each.undeclared for each in declared.decided)
+
+
 def test_an_interruption_leaves_what_is_not_decided_open() -> None:
     def interrupt(message: str) -> None:
         if message.startswith("following the runs"):
