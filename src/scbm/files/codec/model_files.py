@@ -202,7 +202,7 @@ def _read(text: str, file: str, *, is_bound: bool = True) -> tuple[BehaviorModel
     reader = ValueReader(report, Scope({}, objects=report.instance_names.objects))
     model = ModelKeys(document, reader).model(is_bound=is_bound)
     report.raise_any()
-    if not reader.is_whole:
+    if report.leaves_out or not reader.is_whole:
         raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
     places.warnings = report.warnings
     return replace(model, objects=read_object_lists(lifted, facts)), places

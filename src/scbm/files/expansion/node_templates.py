@@ -159,6 +159,8 @@ class ScalarTemplate(NodeTemplate):
         self._is_too_large = self._is_too_large or slug is Slug.TOO_MANY_INSTANCES
         if message:
             self._report.add(slug, message, self._written.stretch(begin, end), remedy)
+        else:
+            self._report.leaves_out = True
 
     def rewritten(self, names: Mapping[tuple[int, int], str]) -> RewrittenScalar:
         """Return the text with other names; each stands for the characters that it replaces."""

@@ -174,6 +174,7 @@ class _ObjectStage:
     def _miss_names(self, section: str, base: str) -> None:
         """Note that names of a section are missing, and those of the instances of an entry."""
         self._incomplete.append(section)
+        self._report.leaves_out = True
         for indexed in self._owned(section, base):
             indexed.is_whole = False
 

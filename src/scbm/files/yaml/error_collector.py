@@ -60,7 +60,11 @@ class _NotedError(Struct):
 
 
 class ErrorCollector:
-    """The diagnostics of one text so far, and of the files that it includes."""
+    """The diagnostics of one text so far, and of the files that it includes.
+
+    Attributes:
+        leaves_out: whether something was left out because of an error that is noted elsewhere.
+    """
 
     def __init__(self, source_lines: Sequence[str]) -> None:
         self._source_lines = source_lines
@@ -74,6 +78,7 @@ class ErrorCollector:
         self._make_names: Callable[[], InstanceNames] = InstanceNames
         self._copies: dict[str, CopiedNames] = {}
         self._warnings: dict[tuple[Place, Slug], Diagnostic] = {}
+        self.leaves_out = False
 
     def fold_lines(
         self, first: Place, last: int, instances: int = 0, parameters: Mapping[str, str] | None = None
@@ -275,6 +280,7 @@ class ErrorCollector:
         copied._make_names = self._make_names
         copied._copies = self._copies
         copied._warnings.update(self._warnings)
+        copied.leaves_out = self.leaves_out
         return copied
 
     def __len__(self) -> int:
