@@ -191,7 +191,7 @@ class Closer:
         """Return the runs that were explored, and the new cases. Raise `InputError` without an initial state."""
         search = self._first_cases(suite, proofs, asked)
         few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
-        runs = self._explored(few)
+        runs = self._explored(few, may_go_on=few != self._limits)
         if not runs.starts and runs.stopped is None:
             message = "no combination of random values satisfies `initial_states`"
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
@@ -254,11 +254,20 @@ class Closer:
         if limit is not None:
             self._ended.append(StageEnd(stage, *limit))
 
-    def _explored(self, limits: CloseLimits) -> AllRuns:
-        """Return the graph of all runs as far as limits allow; one that explores nothing after an interruption."""
+    def _explored(self, limits: CloseLimits, runs: AllRuns | None = None, *, may_go_on: bool = False) -> AllRuns:
+        """Return the graph of all runs as far as limits allow; one that explores nothing after an interruption.
+
+        Args:
+            limits: the limits.
+            runs: the runs within lower limits, if they were explored.
+            may_go_on: whether the runs may be explored further within higher limits.
+        """
         try:
             with self._interruption.stage():
-                return AllRuns(self.model, limits, self._progress, explores=not self.is_interrupted)
+                if runs is not None:
+                    return runs.within(limits)
+                explores = not self.is_interrupted
+                return AllRuns(self.model, limits, self._progress, explores=explores, may_go_on=may_go_on)
         except KeyboardInterrupt:
             self._interrupt(Stage.GRAPH)
             return AllRuns(self.model, limits, self._progress, explores=False)
@@ -291,7 +300,7 @@ class Closer:
             self._sample(search, runs)
             self._left = search.missing.bit_count()
             if search.missing and runs.may_grow and not self.is_interrupted:
-                runs = self._explored(self._limits)
+                runs = self._explored(self._limits, runs)
         if runs.is_interrupted and not self.is_interrupted:
             self._interrupt(Stage.GRAPH)
         task = ClosingTask(

@@ -6,8 +6,10 @@ import pytest
 from msgspec.structs import replace
 
 from scbm.closing import Closer, Decision
-from scbm.closing.runs.all_runs import AllRuns, CloseLimits
-from support.random_models import random_model
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
+from scbm.model import GoalOrder, PlanSet
+from support.opened_models import opened
+from support.random_models import random_model, small_random_model
 
 MODEL = 64
 FEW_PLANNING_STATES = CloseLimits(planning=15, situations=3_000)
@@ -39,3 +41,40 @@ def test_the_path_to_a_node_follows_the_edges_of_the_graph() -> None:
                 assert edge in list(graph.edges(here))
                 here = edge.target
             assert here == node
+
+
+@pytest.mark.parametrize("number", [1, 9])
+@pytest.mark.parametrize("goals", GoalOrder)
+@pytest.mark.parametrize("plans", PlanSet)
+def test_an_exploration_goes_on_to_what_a_higher_limit_gives(number: int, goals: GoalOrder, plans: PlanSet) -> None:
+    model, scope = opened(small_random_model(number), number), RunScope(is_open=True, goals=goals, plans=plans)
+    few, more = CloseLimits(situations=30, planning=2_000), CloseLimits(situations=400, planning=20_000)
+    runs = AllRuns(model, few, lambda _: None, scope, may_go_on=True)
+    assert runs.may_grow
+    further = runs.within(more)
+    assert further is runs
+    assert _content(further) == _content(AllRuns(model, more, lambda _: None, scope))
+
+
+def test_an_exploration_begins_anew_where_the_lower_limit_of_planning_ended_it() -> None:
+    model, scope = opened(small_random_model(1), 1), RunScope(is_open=True, plans=PlanSet.ANY)
+    runs = AllRuns(model, CloseLimits(planning=1), lambda _: None, scope, may_go_on=True)
+    assert runs.option == "--max-planning"
+    assert _content(runs.within(CloseLimits())) == _content(AllRuns(model, CloseLimits(), lambda _: None, scope))
+
+
+def _content(runs: AllRuns) -> tuple[object, ...]:
+    """Return everything that was explored."""
+    graphs = [
+        (
+            graph.positions,
+            graph.complete,
+            graph.visits,
+            graph.cut_offs,
+            graph.reach,
+            [[(edge, graph.label(edge.number)) for edge in graph.edges(node)] for node in range(len(graph.reach))],
+            [graph.path_to(node) for node in range(len(graph.reach))],
+        )
+        for graph in runs.graphs
+    ]
+    return graphs, [list(each) for each in runs.evaluated], runs.asked, runs.stopped, runs.option

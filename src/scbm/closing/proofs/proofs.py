@@ -335,26 +335,35 @@ def explored_for_proofs(  # noqa: PLR0913, PLR0917 - what is explored, how far, 
             most = limits.situations if plans is declared else min(limits.situations, _MAX_OF_ANY_PLANS)
             least = canonical.situations + (canonical.stopped is not None) if canonical and is_canonical else 0
             explored = partial(_explored, model, progress, scope_of_proofs(model, plans), missing)
+            few = None
             bounds = replace(limits, situations=most)
             if plans is PlanSet.ANY:
-                few = explored(_few(bounds)) if least <= _few(bounds).situations else None
+                few = explored(_few(bounds), may_go_on=True) if least <= _few(bounds).situations else None
                 runs = few if few is not None and few.stopped is None else None
                 missing, left = (missing, 0) if runs is not None else _without_proved(missing, few, by_sets)
                 if runs is None and (not left or (few is not None and _few(bounds) == bounds)):
                     continue
             if least > most:
                 continue  # canonical plans are plans: with any of them, runs can be in no fewer situations
-            runs = runs or explored(bounds)
+            runs = runs or explored(bounds, few)
         if runs.proves:
             found.append(runs)
             missing &= runs.visited | runs.cut_off
     return tuple(found)
 
 
-def _explored(
-    model: BehaviorModel, progress: Callable[[str], None], scope: RunScope, missing: int, limits: CloseLimits
+def _explored(  # noqa: PLR0913, PLR0917 - as above
+    model: BehaviorModel,
+    progress: Callable[[str], None],
+    scope: RunScope,
+    missing: int,
+    limits: CloseLimits,
+    few: AllRuns | None = None,
+    *,
+    may_go_on: bool = False,
 ) -> AllRuns:
-    runs = AllRuns(model, limits, progress, scope, until=missing)
+    """Return the runs within limits: all that follow `few`, if these were explored."""
+    runs = few.within(limits) if few else AllRuns(model, limits, progress, scope, until=missing, may_go_on=may_go_on)
     if runs.is_interrupted:
         raise KeyboardInterrupt
     return runs

@@ -116,6 +116,7 @@ class AllRuns:
         *,
         until: int = 0,
         explores: bool = True,
+        may_go_on: bool = False,
         planner: Planner | None = None,
         program: Program | None = None,
     ) -> None:
@@ -128,6 +129,7 @@ class AllRuns:
             scope: which runs.
             until: bits of visits: the exploration ends when it has visited all of them. 0 for no such end.
             explores: whether to explore anything; if not, that counts as interrupted.
+            may_go_on: whether `within` may go on where a limit of situations ends the exploration.
             planner: a planner of the model; by default a new one.
             program: the compiled model, if it is compiled.
         """
@@ -156,6 +158,9 @@ class AllRuns:
         self.is_interrupted = False
         self._limits = limits
         self._until = until
+        self._progress = progress
+        self._may_go_on = may_go_on
+        self._explorations: list[tuple[RunExploration, Sequence[RunSteps]]] = []
         self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
         if explores:
             self._explore(limits, progress)
@@ -211,13 +216,11 @@ class AllRuns:
 
     def _explore(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         try:
-            self.starts, complete = initial_states(
-                self.program,
-                self.relevance,
-                limits.starts,
-                is_open=self.scope.is_open,
-                values=self._classes,
-            )
+            complete = True
+            if not self._explorations:
+                self.starts, complete = initial_states(
+                    self.program, self.relevance, limits.starts, is_open=self.scope.is_open, values=self._classes
+                )
             if not complete:
                 self.stopped = f"there are more than {limits.starts:,} combinations of initial values"
             if self.planner.entry.is_external:
@@ -232,43 +235,64 @@ class AllRuns:
             self.stopped = f"the runner at rest can be in more than {MOST_RESTS:,} states"
         except KeyboardInterrupt:
             self.stopped, self.is_interrupted = _INTERRUPTED, True
+        if not (self._may_go_on and self.may_grow) or self.is_interrupted:
+            self._explorations.clear()
+
+    @property
+    def _is_planning_too_large(self) -> bool:
+        return any(graph.planning_too_large for graph in self.graphs)
+
+    def within(self, limits: CloseLimits) -> AllRuns:
+        """Return the runs explored within higher limits; go on with what is explored where that comes to the same."""
+        if self._explorations and not self._is_planning_too_large:
+            self._may_go_on = False
+            self.graphs, self.evaluated, self.asked, self.stopped, self.option = (), (), (), None, None
+            self._explore(limits, self._progress)
+            if self._limits.planning == limits.planning or not self._is_planning_too_large:
+                return self
+        return AllRuns(self.model, limits, self._progress, self.scope, until=self._until, program=self.program)
 
     def _explore_goals(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         left = limits.situations
         for number, (name, goal) in enumerate(self.model.goals, start=1):
             which = f"exploring the runs to {name} (goal {number} of {len(self.model.goals)})"
             progress(which)
-            steps = self.steps(goal)
-            count = _Counted(which, left, progress).count
-            graph = self._exploration(((name, goal),), [steps], is_single=True).explore(left, count)
-            self.graphs = (*self.graphs, graph)
-            self._observe(steps)
+            if number > len(self._explorations):
+                self._add_exploration(((name, goal),), [self.steps(goal)], is_single=True)
+            graph = self._explored(number - 1, left, _Counted(which, left, progress))
             left -= len(graph.positions)
             self._note_end(graph, name, limits)
 
     def _explore_sequences(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         which = f"exploring sequences of the {len(self.model.goals)} goals"
         progress(which)
-        steps = [self.steps(goal, number) for number, (_, goal) in enumerate(self.model.goals)]
-        count = _Counted(which, limits.situations, progress).count
-        most = limits.situations
-        graph = self._exploration(self.model.goals, steps).explore(most, count)
-        self.graphs = (graph,)
-        for each in steps:
-            self._observe(each)
+        if not self._explorations:
+            steps = [self.steps(goal, number) for number, (_, goal) in enumerate(self.model.goals)]
+            self._add_exploration(self.model.goals, steps)
+        graph = self._explored(0, limits.situations, _Counted(which, limits.situations, progress))
         self._note_end(graph, "one of the goals", limits)
 
-    def _exploration(
+    def _add_exploration(
         self, goals: tuple[tuple[str, Predicate], ...], steps: Sequence[RunSteps], *, is_single: bool = False
-    ) -> RunExploration:
-        keeps_notes = self.scope.keeps_notes or bool(self.scope.watched)
-        return RunExploration(
-            goals, steps, self.starts, until=self._until, is_single=is_single, keeps_notes=keeps_notes
+    ) -> None:
+        exploration = RunExploration(
+            goals,
+            steps,
+            self.starts,
+            until=self._until,
+            is_single=is_single,
+            keeps_notes=self.scope.keeps_notes or bool(self.scope.watched),
         )
+        self._explorations.append((exploration, steps))
 
-    def _observe(self, steps: RunSteps) -> None:
-        self.evaluated = (*self.evaluated, steps.evaluated)
-        self.asked = (*self.asked, steps.asked)
+    def _explored(self, number: int, most: int, counted: _Counted) -> RunGraph:
+        """Return the graph of an exploration with at most so many situations, and note it."""
+        exploration, steps = self._explorations[number]
+        graph = exploration.explore(most, counted.count, may_go_on=self._may_go_on)
+        self.graphs = (*self.graphs, graph)
+        self.evaluated = (*self.evaluated, *(each.evaluated for each in steps))
+        self.asked = (*self.asked, *(each.asked for each in steps))
+        return graph
 
     def _note_end(self, graph: RunGraph, goal: str, limits: CloseLimits) -> None:
         """Note why the exploration of a graph ended early, if it did."""

@@ -167,7 +167,8 @@ _REPORT_EVERY = 1_000
 class RunExploration:
     """The exploration of all runs breadth-first, so that a limit cuts off the most distant positions.
 
-    Nodes are numbered as they are found, and expanded in this order.
+    Nodes are numbered as they are found, and expanded in this order. What a limit of positions has ended can go on
+    within a higher limit, to the graph that this limit would have given at once.
     """
 
     def __init__(  # noqa: PLR0913 - the runs, and what is kept of them
@@ -197,6 +198,7 @@ class RunExploration:
         self._is_single = is_single
         self._keeps_notes = keeps_notes
         self._most = 0
+        self._may_go_on = False
         self._nodes: dict[Position | int, int] = {}  # a runner at rest by its state, negated if it gets no more goals
         self._positions: list[Position] = []
         self._found_by = array("q")
@@ -209,11 +211,21 @@ class RunExploration:
         self._known: dict[int, int] = {}
         self._visited = self._cut_off = 0
         self._cut_offs: list[tuple[int, int, int]] = []
+        self._beyond: list[tuple[int, Position]] = []
         self._complete = True
 
-    def explore(self, most: int, progress: Callable[[int], None] | None = None) -> RunGraph:
-        """Return the graph with at most `most` positions; `progress` is called at intervals with their number."""
-        self._most = most
+    def explore(self, most: int, progress: Callable[[int], None] | None = None, *, may_go_on: bool = False) -> RunGraph:
+        """Return the graph as far as a limit allows, which may be higher than before.
+
+        Args:
+            most: the maximum number of positions.
+            progress: called at intervals with the number of positions.
+            may_go_on: whether to keep what is needed to go on within a higher limit.
+        """
+        self._most, self._may_go_on, self._complete = most, may_go_on, True
+        beyond, self._beyond = self._beyond, []
+        for number, position in beyond:
+            self._targets[number] = self._node(position, number)
         planning_too_large = has_too_many_steps = False
         while len(self._first) <= len(self._positions) + 1 and not (planning_too_large or has_too_many_steps):
             node = len(self._first) - 1
@@ -321,6 +333,8 @@ class RunExploration:
         node = self._nodes.get(key)
         if node is None and len(self._positions) >= self._most:
             self._complete = False
+            if self._may_go_on:
+                self._beyond.append((number, position))
             return -1
         if node is None:
             self._positions.append(position)
