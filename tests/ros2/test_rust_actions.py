@@ -20,6 +20,7 @@ from scbm.testing.real_drivers import GoalFate
 from support.bus_callbacks import BusCallbacks, over_bus
 from support.fibonacci import CELL, INTERFACES
 from support.hearing import Heard
+from support.loops import LINE_GUARD_S
 from support.peers import Peer, peer
 from support.ros2_peers import ros2_peer_program as ros2_peer_program  # noqa: PLC0414 - a fixture, for pytest to find
 
@@ -144,7 +145,7 @@ def play(domain: int, program: Path, kind: Kind, story: Callable[[Gantry], Corou
             await gantry.says("matched rt/go", f"matched rt{kind.action}/_action/feedback")
             await story(gantry)
 
-    over_bus(domain, scene)
+    over_bus(domain, scene, LINE_GUARD_S)
 
 
 def test_each_goal_ends_as_its_server_decides(domain: int, ros2_peer_program: Path, kind: Kind) -> None:

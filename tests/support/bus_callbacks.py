@@ -8,7 +8,7 @@ from typing import Any
 
 from scbm.nodes.buses.bus import Answered, Bus, Received
 from scbm.nodes.buses.dds import open_dds
-from support.loops import run
+from support.loops import GUARD_S, run
 
 
 class BusCallbacks:
@@ -44,7 +44,9 @@ class BusCallbacks:
             await self._changed.wait()
 
 
-def over_bus(domain: int, story: Callable[[Bus, BusCallbacks], Coroutine[Any, Any, None]]) -> None:
+def over_bus(
+    domain: int, story: Callable[[Bus, BusCallbacks], Coroutine[Any, Any, None]], guard_s: float = GUARD_S
+) -> None:
     """Runs a story with a bus of a domain, whose node is `tester`, without a complaint."""
 
     async def play() -> None:
@@ -56,4 +58,4 @@ def over_bus(domain: int, story: Callable[[Bus, BusCallbacks], Coroutine[Any, An
             await bus.close()
         assert callbacks.complaints == []
 
-    run(play())
+    run(play(), guard_s)
