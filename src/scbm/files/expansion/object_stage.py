@@ -246,7 +246,12 @@ class _ObjectStage:
     def _choices(
         self, section: str, key: LiftedKey, conditions: list[Formula], *, is_sure: bool
     ) -> list[tuple[str, ...]]:
-        """Return the choices of an entry, or one of too many; note these if `is_sure`: no error explains them."""
+        """Return the choices of an entry; one for too many choices, and for none after an error, to check the entry.
+
+        Too many choices are an error if `is_sure`: no other error explains them.
+        """
+        objects = [self.facts.objects(kind) for kind in key.kinds]
+        choices: list[tuple[str, ...]] | None = None
         try:
             choices = choices_of(key, self.facts.types, conditions)
         except TooManyChoices as error:
@@ -254,11 +259,12 @@ class _ObjectStage:
             remedy = "use fewer objects, or exclude choices with `where`"
             if is_sure:
                 self._report.add(Slug.TOO_MANY_INSTANCES, message, key.place, remedy)
-            self._miss_names(section, key.base)
-            return [tuple(self.facts.objects(kind)[0] for kind in key.kinds)]
         except SyntaxFault as fault:
             self._report.add(fault.slug, fault.message, key.place, fault.remedy)
             raise self._report.error() from None
+        if choices is None or (not choices and not is_sure and all(objects)):
+            self._miss_names(section, key.base)
+            choices = [tuple(listed[0] for listed in objects)]
         for indexed in self._owned(section, key.base):
             indexed.declared.update(dict.fromkeys(choices))
         return choices
