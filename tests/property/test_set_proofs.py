@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.closing import CloseLimits, Closer, Closing, Decision
-from scbm.closing.proofs.proofs import scope_of_proofs
+from scbm.closing.proofs.proofs import planner_of_proofs, scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.symbolic import decision_diagrams
 from scbm.closing.symbolic.reached_sets import NoSetError, SetLimits, SetSearch
@@ -40,48 +40,57 @@ def model_of(number: int) -> BehaviorModel:
     return opened(model, number) if number % 2 else model
 
 
+_PLANS = pytest.mark.parametrize("plans", PlanSet)
+
+
 @cache
-def sets_of(number: int) -> SetProofs | None:
+def sets_of(number: int, plans: PlanSet = PlanSet.ANY) -> SetProofs | None:
     try:
-        return SetProofs.of(model_of(number), _EVERYTHING, lambda _: None, _LIMITS)
+        if plans is PlanSet.ANY:
+            return SetProofs.of(model_of(number), _EVERYTHING, lambda _: None, _LIMITS)
+        found = sets_of(number)
+        return None if found is None else found.canonical(_EVERYTHING)
     except NoSetError:
         return None
 
 
 @cache
-def all_runs_of(number: int) -> AllRuns:
+def all_runs_of(number: int, plans: PlanSet = PlanSet.ANY) -> AllRuns:
     model = model_of(number)
-    return AllRuns(model, _SITUATIONS, lambda _: None, scope_of_proofs(model, PlanSet.ANY))
+    return AllRuns(model, _SITUATIONS, lambda _: None, scope_of_proofs(model, plans))
 
 
-def proved_in(number: int) -> list[Obligation]:
-    sets = sets_of(number)
+def proved_in(number: int, plans: PlanSet) -> list[Obligation]:
+    sets = sets_of(number, plans)
     return [] if sets is None else [each for each in Obligations.of(model_of(number)) if sets.proves(each)]
 
 
 def certificate_of(number: int, claims: list[str], argument: SetsArgument) -> Certificate:
     model = model_of(number)
-    return Certificate(model.name, digest_of(model), tuple(claims), argument)
+    planner = None if argument.plans is PlanSet.ANY else planner_of_proofs(model)
+    return Certificate(model.name, digest_of(model), tuple(claims), argument, planner)
 
 
 @pytest.mark.longer
+@_PLANS
 @pytest.mark.parametrize("first", range(1, share(240, usual=20), 20))
-def test_no_run_visits_what_a_set_proves(first: int) -> None:
+def test_no_run_visits_what_a_set_proves(first: int, plans: PlanSet) -> None:
     for number in range(first, first + 20):
-        runs = all_runs_of(number)
-        never = [str(each) for each in proved_in(number)]
+        runs = all_runs_of(number, plans)
+        never = [str(each) for each in proved_in(number, plans)]
         visited = [name for name in runs.visits.obligations.names(runs.visited | runs.cut_off) if name in never]
         assert visited == [], number
-        real = enumerate_runs(model_of(number), 500, is_open=True, is_sequence=True, plans=PlanSet.ANY)
+        real = enumerate_runs(model_of(number), 500, is_open=True, is_sequence=True, plans=plans)
         assert [name for name in never if real.visits(name)] == [], number
 
 
 @pytest.mark.longer
+@_PLANS
 @pytest.mark.parametrize("first", range(1, share(240, usual=20), 20))
-def test_runs_visit_what_a_set_visits_surely(first: int) -> None:
+def test_runs_visit_what_a_set_visits_surely(first: int, plans: PlanSet) -> None:
     """So no graph of runs with any plans is explored for proofs about it."""
     for number in range(first, first + 20):
-        sets, runs = sets_of(number), all_runs_of(number)
+        sets, runs = sets_of(number, plans), all_runs_of(number, plans)
         if sets is not None and runs.stopped is None:
             surely = runs.visits.obligations.names(sets.surely)
             visited = tuple(runs.visits.obligations.names(runs.visited | runs.cut_off))
@@ -107,10 +116,11 @@ def test_a_set_is_what_all_moves_together_lead_to(number: int) -> None:
 
 
 @pytest.mark.longer
+@_PLANS
 @pytest.mark.parametrize("first", range(1, share(240, usual=20), 20))
-def test_certificates_of_sets_hold(first: int) -> None:
+def test_certificates_of_sets_hold(first: int, plans: PlanSet) -> None:
     for number in range(first, first + 20):
-        sets, claims = sets_of(number), [str(each) for each in proved_in(number)]
+        sets, claims = sets_of(number, plans), [str(each) for each in proved_in(number, plans)]
         if sets is not None and claims:
             certificate = certificate_of(number, claims, sets.argument)
             assert read_certificate(certificate_text(certificate)) == certificate
@@ -118,8 +128,14 @@ def test_certificates_of_sets_hold(first: int) -> None:
 
 
 def tampered(argument: SetsArgument, dice: Random) -> SetsArgument:
-    """The argument with one of its numbers changed: situations leave the set, or states count as dead."""
+    """The argument with one of its numbers changed: situations leave the set, states are dead, plans are others."""
     numbers = range(2, len(argument.nodes) + 2)
+    if argument.plans is PlanSet.CANONICAL and dice.random() < 0.5:
+        field = dice.choice(["layers", "choices"])
+        listed = list(getattr(argument, field))
+        one, other = dice.randrange(len(listed)), dice.randrange(len(listed))
+        listed[one], listed[other] = dice.choice([(listed[other], listed[one]), (0, listed[other])])
+        return replace(argument, **{field: tuple(listed)})
     if dice.random() < 0.3:
         return replace(argument, dead=dice.choice([1, *numbers]))
     if dice.random() < 0.1:
@@ -132,11 +148,12 @@ def tampered(argument: SetsArgument, dice: Random) -> SetsArgument:
 
 
 @pytest.mark.longer
+@_PLANS
 @pytest.mark.parametrize("first", range(1, share(240, usual=20), 20))
-def test_false_claims_about_sets_are_refused(first: int) -> None:
+def test_false_claims_about_sets_are_refused(first: int, plans: PlanSet) -> None:
     """Each certificate claims what a run visits. One has the set that was found, the others have been tampered with."""
     for number in range(first, first + 20):
-        sets, runs, dice = sets_of(number), all_runs_of(number), Random(number)
+        sets, runs, dice = sets_of(number, plans), all_runs_of(number, plans), Random(number)
         visited = runs.visits.obligations.names(runs.visited | runs.cut_off)
         for each in range(0 if sets is None or not visited else 5):
             assert sets is not None
@@ -153,6 +170,7 @@ def test_sets_are_equal_with_every_engine(number: int, monkeypatch: pytest.Monke
     again = SetProofs.of(model_of(number), _EVERYTHING, lambda _: None, _LIMITS)
     assert found is not None
     assert again.argument == found.argument
+    assert again.canonical(_EVERYTHING).argument == found.canonical(_EVERYTHING).argument
 
 
 def closing_of(number: int) -> Closing:

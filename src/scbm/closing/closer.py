@@ -200,7 +200,7 @@ class Closer:
                 sets = self._sets_for(proofs, search.missing)
                 search.rule_out(0 if sets is None else sets.never)
                 self._left = search.missing.bit_count()
-        return self._cases(suite, search, runs, asked, short=short)
+        return self._cases(suite, search, runs, asked, proofs, short=short)
 
     # stages
 
@@ -282,6 +282,17 @@ class Closer:
                 self._without_set.append(StageEnd(Stage.SETS, str(error)))
         return proofs.sets
 
+    def _never_with_canonical_plans(self, proofs: Proofs, missing: int) -> int:
+        """Return the obligations that a set excludes under canonical plans, as bits."""
+        if not missing or proofs.sets is None or self.model.runs.proved_plans is not PlanSet.CANONICAL:
+            return 0
+        try:
+            proofs.canonical_sets = proofs.sets.canonical(missing)
+        except NoSetError as error:
+            self._without_set.append(StageEnd(Stage.SETS, str(error)))
+            return 0
+        return proofs.canonical_sets.never
+
     def _refuse_without_goals(self) -> None:
         if not self.model.goals:
             message, remedy = "the model has no goals, so there are no runs", "add `goals:` to the model"
@@ -289,8 +300,15 @@ class Closer:
 
     # cases
 
-    def _cases(
-        self, suite: Campaign, search: SampledCases, runs: AllRuns, asked: Sequence[Obligation], *, short: bool
+    def _cases(  # noqa: PLR0913 - what was found so far
+        self,
+        suite: Campaign,
+        search: SampledCases,
+        runs: AllRuns,
+        asked: Sequence[Obligation],
+        proofs: Proofs,
+        *,
+        short: bool,
     ) -> tuple[AllRuns, tuple[ClosingCase, ...]]:
         """Return the runs that were explored, and the new cases."""
         missing, never = search.wanted, search.unreachable
@@ -298,6 +316,10 @@ class Closer:
         is_sampled = runs.stopped is not None and not runs.is_interrupted and bool(missing & ~never)
         if is_sampled:
             self._sample(search, runs)
+            if runs.other_planner is None and not self.is_interrupted:
+                with self._stage(Stage.GRAPH):
+                    search.rule_out(self._never_with_canonical_plans(proofs, search.missing))
+            never = search.unreachable
             self._left = search.missing.bit_count()
             if search.missing and runs.may_grow and not self.is_interrupted:
                 runs = self._explored(self._limits, runs)

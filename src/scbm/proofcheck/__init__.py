@@ -11,6 +11,7 @@ from scbm.model.lazy_exports import lazy_exports
 if TYPE_CHECKING:
     from scbm.proofcheck.certificate import (
         GOAL,
+        MAX_CHANGES,
         PHASE,
         Argument,
         Awaits,
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FORMAT_VERSION",
     "GOAL",
+    "MAX_CHANGES",
     "PHASE",
     "Argument",
     "Awaits",
@@ -69,9 +71,9 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "certificate": (
-            "GOAL PHASE Argument Awaits Certificate CertificateFlaw ContinuationsArgument Fact GoalContinuations "
-            "GoalRuns RequirementsArgument RunsArgument SetPhase SetsArgument Situation StructureArgument "
-            "ValuesArgument predicted_name request_name"
+            "GOAL MAX_CHANGES PHASE Argument Awaits Certificate CertificateFlaw ContinuationsArgument Fact "
+            "GoalContinuations GoalRuns RequirementsArgument RunsArgument SetPhase SetsArgument Situation "
+            "StructureArgument ValuesArgument predicted_name request_name"
         ),
         "certificate_arguments": "check_certificate",
         "certificate_json": "FORMAT_VERSION certificate_text read_certificate read_certificate_file",

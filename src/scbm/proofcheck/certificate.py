@@ -254,8 +254,12 @@ Set 0 has no situation, set 1 has all, and set n + 2 is that of node n, which st
 """
 
 
+MAX_CHANGES = 20_000
+"""Maximum number of combinations of values that the planner reads and changes for one operation of canonical plans."""
+
+
 class SetsArgument(Struct, frozen=True):
-    """A set of situations that no step of a run leaves, in the midst of settling included, for any plans.
+    """A set of situations that no step of a run leaves, in the midst of settling included.
 
     Attributes:
         variables: the names of `set_variables`, in the order in which nodes compare them.
@@ -263,6 +267,11 @@ class SetsArgument(Struct, frozen=True):
         reached: the number of the set.
         dead: the number of a set of predicted states from which no plan leads to the goal.
         goals: whether each run has one goal, or goals follow each other.
+        plans: the plans that the runner may get.
+        layers: for canonical plans, the numbers of the sets of predicted states from which the goal is no operation
+            away, one, two, and so on.
+        choices: for canonical plans, for each operation of the model, in order, the number of the set of predicted
+            states in which it is the next one.
     """
 
     kind: ClassVar[str] = "sets"
@@ -271,6 +280,9 @@ class SetsArgument(Struct, frozen=True):
     reached: SetNumber
     dead: SetNumber
     goals: GoalOrder = GoalOrder.SINGLE
+    plans: PlanSet = PlanSet.ANY
+    layers: tuple[SetNumber, ...] = ()
+    choices: tuple[SetNumber, ...] = ()
 
 
 class Argument(Protocol):
@@ -307,7 +319,7 @@ class Certificate(Struct, frozen=True):
     @property
     def plans(self) -> PlanSet:
         """The plans of the runs that the claims are about; facts and values hold for any plans."""
-        return self.argument.plans if isinstance(self.argument, RunsArgument) else PlanSet.ANY
+        return self.argument.plans if isinstance(self.argument, RunsArgument | SetsArgument) else PlanSet.ANY
 
     @property
     def is_about_requirements(self) -> bool:

@@ -29,7 +29,7 @@ from scbm.proofcheck.certificate import (
 from scbm.proofcheck.continuations_check import check_continuations
 from scbm.proofcheck.requirements_check import check_requirements
 from scbm.proofcheck.runs_check import check_runs
-from scbm.proofcheck.sets_check import check_sets
+from scbm.proofcheck.sets.sets_check import check_sets
 from scbm.proofcheck.structure_check import check_structure
 from scbm.proofcheck.values_check import check_values
 
@@ -107,7 +107,9 @@ def _situation_text(situation: Situation, *, is_of_states: bool) -> str:
 def _write_sets(argument: SetsArgument) -> list[str]:
     nodes = json_list(json.dumps(node, separators=(",", ":")) for node in argument.nodes)
     names = f'"variables": {json_text(argument.variables)}'
-    return [names, f'"nodes": {nodes}', f'"reached": {argument.reached}, "dead": {argument.dead}']
+    lines = [names, f'"nodes": {nodes}', f'"reached": {argument.reached}, "dead": {argument.dead}']
+    canonical = (("layers", argument.layers), ("choices", argument.choices))
+    return [*lines, *(f'"{key}": {json_text(numbers)}' for key, numbers in canonical if numbers)]
 
 
 ARGUMENTS: dict[str, ArgumentFormat] = {

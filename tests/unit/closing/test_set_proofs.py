@@ -9,11 +9,11 @@ import pytest
 from scbm.cases.coverage import Aspect, Obligation, Obligations
 from scbm.closing import CloseLimits, Closer, Decision
 from scbm.closing.decisions import Stage
-from scbm.closing.symbolic import decision_diagrams
+from scbm.closing.symbolic import decision_diagrams, reached_sets
 from scbm.closing.symbolic.reached_sets import DEFAULT_LIMITS, NoSetError, SetLimits
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.files import read_model
-from scbm.proofcheck import check_certificate
+from scbm.proofcheck import certificate_text, check_certificate, read_certificate
 from support.wording import Wording
 
 CELL = """
@@ -94,6 +94,55 @@ def test_closing_uses_a_set_where_situations_are_too_many() -> None:
     certificate = dict(closing.certificates)["sets"]
     assert by_set == set(certificate.claims)
     assert check_certificate(certificate, model) == ()
+
+
+ROADS = """
+behavior_model: roads
+variables: {at: {domain: [home, hall, yard, work], initial: home}}
+operations:
+  walk: {pre: {g: at == home}, post: {g: true, a: [at <- hall]}}
+  ride: {pre: {g: at == home}, post: {g: true, a: [at <- yard]}}
+  enter: {pre: {g: at == hall}, post: {g: true, a: [at <- work]}}
+  arrive: {pre: {g: at == yard}, post: {g: true, a: [at <- work]}}
+goals: {worked: at == work}
+runs: {goals: single}
+"""
+
+FEW = CloseLimits(situations=0, random=5, changes=5, beyond=10)
+
+
+def test_closing_excludes_by_a_set_what_no_canonical_plan_has() -> None:
+    model = read_model(ROADS)
+    closing = Closer(model, FEW).close()
+    excluded = {str(each.obligation) for each in closing.decided if each.decision is Decision.EXCLUDED}
+    assert excluded == {
+        f"{name}/{state}" for name in ("ride", "arrive") for state in ("executing", "completed", "queued")
+    }
+    assert closing.counts[Decision.UNDECIDED] == 0
+    certificate = dict(closing.certificates)["sets-canonical"]
+    assert set(certificate.claims) == excluded
+    assert certificate_text(certificate).count('"layers": [') == 1
+    assert read_certificate(certificate_text(certificate)) == certificate
+    assert check_certificate(certificate, model) == ()
+
+
+def test_no_set_excludes_anything_where_plans_are_drawn() -> None:
+    model = read_model(ROADS.replace("goals: single", "goals: single, plans: drawn"))
+    assert Closer(model, FEW).close().counts[Decision.EXCLUDED] == 0
+
+
+def test_no_set_is_about_canonical_plans_that_its_check_refuses(
+    monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
+    monkeypatch.setattr(reached_sets, "MAX_CHANGES", 2)
+    with pytest.raises(NoSetError) as caught:
+        SetProofs.of(read_model(ROADS), -1, lambda _: None).canonical(-1)
+    wording(str(caught.value))
+
+
+def test_a_set_about_canonical_plans_has_limits_of_its_own() -> None:
+    sets = SetProofs.of(read_model(ROADS), -1, lambda _: None, SetLimits(work=1_500))
+    assert sets.canonical(-1).never
 
 
 def test_closing_says_why_there_is_no_set_where_something_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:

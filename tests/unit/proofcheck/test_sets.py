@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator
 
@@ -9,15 +10,17 @@ import pytest
 from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligations
-from scbm.closing.proofs.proofs import scope_of_proofs
+from scbm.closing.proofs.proofs import planner_of_proofs, scope_of_proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
 from scbm.closing.symbolic.run_moves import RunMove, RunMoves
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.files import digest_of, read_model
 from scbm.model import BehaviorModel, PlanSet
 from scbm.proofcheck import Certificate, SetsArgument, check_certificate
-from scbm.proofcheck.clauses import Clauses
-from scbm.proofcheck.set_views import SituationView, new_values
+from scbm.proofcheck.sets import distances_check
+from scbm.proofcheck.sets.clauses import Clauses
+from scbm.proofcheck.sets.set_views import SituationView, new_values
+from support.wording import Wording
 
 CELL = """
 behavior_model: cell
@@ -97,11 +100,12 @@ def sets_of(model: BehaviorModel) -> SetProofs:
 
 
 def certificate(model: BehaviorModel, argument: SetsArgument, *claims: str) -> Certificate:
-    return Certificate(model.name, digest_of(model), claims, argument)
+    planner = None if argument.plans is PlanSet.ANY else planner_of_proofs(model)
+    return Certificate(model.name, digest_of(model), claims, argument, planner)
 
 
-def visited_in(model: BehaviorModel) -> list[str]:
-    runs = AllRuns(model, CloseLimits(), lambda _: None, scope_of_proofs(model, PlanSet.ANY))
+def visited_in(model: BehaviorModel, plans: PlanSet = PlanSet.ANY) -> list[str]:
+    runs = AllRuns(model, CloseLimits(), lambda _: None, scope_of_proofs(model, plans))
     assert runs.stopped is None
     return list(runs.visits.obligations.names(runs.visited | runs.cut_off))
 
@@ -171,12 +175,103 @@ def test_dead_states_are_checked() -> None:
     everything = certificate(model, replace(argument, dead=1), "move/queued")
     assert "the dead states" in [flaw.where for flaw in check_certificate(everything, model)]
     of_the_world = certificate(model, replace(argument, dead=argument.reached), "move/queued")
-    assert [flaw.where for flaw in check_certificate(of_the_world, model)] == ["the dead states"]
+    assert [flaw.where for flaw in check_certificate(of_the_world, model)] == ["the predicted states"]
 
 
 def test_without_a_solver_nothing_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pysat.solvers", None)
     assert flaws(sets_of(read_model(PLAIN)).argument) == ["the set"]
+
+
+ROADS = """
+behavior_model: roads
+variables:
+  at: {domain: [home, hall, yard, work, lost], initial: home}
+  rain: {domain: bool, initial: false, source: input}
+operations:
+  leave: {pre: {g: at == home}, post: {g: true, a: [at <- lost]}}
+  walk: {pre: {g: at == home}, post: {g: true, a: [at <- hall]}}
+  ride: {pre: {g: at == home}, post: {g: true, a: [at <- yard]}}
+  detour: {pre: {g: at == hall, gr: rain == false}, post: {g: true, a: [at <- yard]}}
+  enter: {pre: {g: at == hall}, post: {g: true, a: [at <- work]}}
+  arrive: {pre: {g: at == yard}, post: {g: true, a: [at <- work]}}
+goals:
+  worked: at == work
+"""
+"""Two roads are as long. The canonical plan takes the first one in the order of the operations."""
+
+
+def canonical_argument(text: str) -> SetsArgument:
+    return sets_of(read_model(text)).canonical(EVERYTHING).argument
+
+
+def flaws_of_roads(argument: SetsArgument, claim: str = "ride/queued", text: str = ROADS) -> list[str]:
+    model = read_model(text)
+    return [str(flaw) for flaw in check_certificate(certificate(model, argument, claim), model)]
+
+
+@pytest.mark.parametrize("text", [PLAIN, ROADS, pytest.param(CELL, marks=pytest.mark.longer)])
+def test_all_that_is_proved_about_canonical_plans_is_accepted_and_nothing_else(text: str) -> None:
+    model = read_model(text)
+    sets, visited = sets_of(model).canonical(EVERYTHING), visited_in(model, PlanSet.CANONICAL)
+    proved = [str(each) for each in Obligations.of(model) if sets.proves(each)]
+    assert text is not ROADS or {"ride/queued", "arrive/executing", "detour/disabled"} < set(proved)
+    assert check_certificate(certificate(model, sets.argument, *proved), model) == ()
+    for name in visited:
+        assert name not in proved
+        assert check_certificate(certificate(model, sets.argument, name), model), name
+
+
+def test_the_last_of_the_shortest_plans_is_not_canonical(wording: Wording) -> None:
+    """The choices are those of the model with its operations in another order."""
+    head, operations, *rest = re.split(r"(?<=operations:\n)((?:  .*\n)+)", ROADS)
+    other = "".join((head, *reversed(operations.splitlines(keepends=True)), *rest))
+    argument = canonical_argument(other)
+    wording(flaws_of_roads(replace(argument, choices=argument.choices[::-1]), "walk/queued")[0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("enter: {pre: {g: at == hall}", "enter: {pre: {g: at == lost}"),
+        ("walk: {pre: {g: at == home}", "walk: {pre: {g: at == lost}"),
+        ("worked: at == work", "worked: at in {work, yard}"),
+    ],
+)
+def test_plans_of_another_model_are_refused(old: str, new: str, wording: Wording) -> None:
+    found = flaws_of_roads(canonical_argument(ROADS.replace(old, new)), "walk/queued")
+    wording(found[0])
+
+
+def test_a_shorter_plan_is_noticed(wording: Wording) -> None:
+    shorter = ROADS.replace("at <- lost", "at <- work")
+    wording(flaws_of_roads(canonical_argument(ROADS), "leave/queued", shorter)[0])
+
+
+def test_layers_and_choices_that_are_none_are_refused(wording: Wording) -> None:
+    argument = canonical_argument(ROADS)
+    layers, choices = argument.layers, argument.choices
+    assert flaws_of_roads(argument) == []
+    for wrong in (
+        replace(argument, choices=choices[1:]),
+        replace(argument, choices=(0,) * len(choices)),
+        replace(argument, choices=choices[::-1]),
+        replace(argument, choices=(choices[1], *choices[1:])),
+        replace(argument, plans=PlanSet.ANY),
+        replace(argument, layers=(argument.reached,)),
+        replace(argument, layers=(10**6,)),
+        replace(argument, layers=layers[:-1]),
+        replace(argument, layers=layers[::-1]),
+        replace(argument, layers=(*layers, layers[0])),
+    ):
+        found = [flaw for flaw in flaws_of_roads(wrong) if not re.search(": it leads from |: .* leads out of ", flaw)]
+        wording("\n".join(found))
+
+
+def test_operations_that_read_too_much_are_not_checked(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
+    argument = canonical_argument(ROADS)
+    monkeypatch.setattr(distances_check, "MAX_CHANGES", 4)
+    wording(flaws_of_roads(argument)[0])
 
 
 SMALL = """

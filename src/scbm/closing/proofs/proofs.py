@@ -125,11 +125,13 @@ class Proofs:
     Attributes:
         explored: the explored runs that prove something, those of any plans first.
         sets: the proofs by a set of all situations, once they were looked for and found.
+        canonical_sets: those by a set of the situations of canonical plans, likewise.
     """
 
     def __init__(self, model: BehaviorModel) -> None:
         self.explored: tuple[AllRuns, ...] = ()
         self.sets: SetProofs | None = None
+        self.canonical_sets: SetProofs | None = None
         self._model = model
         self._facts = {obligation: (fact, reason) for obligation, fact, reason in structural_facts(model)}
         self._values = possible_values(model)
@@ -150,12 +152,16 @@ class Proofs:
         proof = self.cheap(obligation)
         if proof is None:
             proof = next((proof for runs in self.explored if (proof := by_runs(obligation, runs)) is not None), None)
+        sets = self.canonical_sets
+        if proof is None and sets is not None and sets.proves(obligation):
+            return Proof(SetsArgument.kind, sets.reason(obligation), sets.plans)
         return proof
 
     def certificates(self, proved: Sequence[tuple[Obligation, Proof]]) -> Iterator[tuple[str, Certificate]]:
         """Yield one certificate, with its name, for each argument that is needed; those of explored runs last."""
         digest = digest_of(self._model)
-        kinds = (StructureArgument.kind, ValuesArgument.kind, SetsArgument.kind)
+        canonical = Proof(SetsArgument.kind, "", PlanSet.CANONICAL).certificate
+        kinds = (StructureArgument.kind, ValuesArgument.kind, SetsArgument.kind, canonical)
         known: list[tuple[str, AllRuns | None]] = [(kind, None) for kind in kinds]
         known += [(Proof(RunsArgument.kind, "", runs.plans).certificate, runs) for runs in self.explored]
         for name, runs in known:
@@ -163,15 +169,15 @@ class Proofs:
             if claims:
                 argument = self._argument(name, [obligation for obligation, _ in claims], runs)
                 claimed = tuple(str(obligation) for obligation, _ in claims)
-                is_canonical = runs is not None and runs.plans is PlanSet.CANONICAL
-                planner = planner_of_proofs(self._model) if is_canonical else None
+                planner = None if claims[0][1].plans is PlanSet.ANY else planner_of_proofs(self._model)
                 yield name, Certificate(self._model.name, digest, claimed, argument, planner)
 
     def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
         if kind == StructureArgument.kind:
             return StructureArgument(tuple(self._facts[obligation][0] for obligation in claimed))
-        if kind == SetsArgument.kind and self.sets is not None:
-            return self.sets.argument
+        sets = self.sets if kind == SetsArgument.kind else self.canonical_sets
+        if runs is None and kind.startswith(SetsArgument.kind) and sets is not None:
+            return sets.argument
         return ValuesArgument(dict(self._values)) if runs is None else runs_argument(runs)
 
 

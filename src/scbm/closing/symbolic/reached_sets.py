@@ -1,7 +1,12 @@
-"""The set of all situations that runs reach under any plans, and the predicted states from which no plan leads on."""
+"""The set of all situations that runs reach, and the predicted states from which no plan leads on.
+
+A first set is about any plans. A second one, inside it, is about canonical plans: the first set has all states in which
+plans are asked for, and backward from the goal among these each has its distance and the choice of the planner.
+"""
 
 from __future__ import annotations
 
+from math import prod
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -10,12 +15,12 @@ from msgspec.structs import replace
 from scbm.closing.symbolic.decision_diagrams import diagram_manager, forget_unused
 from scbm.closing.symbolic.run_moves import RunMoves
 from scbm.closing.symbolic.run_space import RunSpace, TooManyValuesError
-from scbm.closing.symbolic.run_variables import predicted_variables, run_variables
+from scbm.closing.symbolic.run_variables import planned_names, predicted_variables, run_variables
 from scbm.model.variables import CURRENT_NAME, NO_OPERATION
-from scbm.proofcheck import GOAL, PHASE, SetPhase, predicted_name
+from scbm.proofcheck import GOAL, MAX_CHANGES, PHASE, SetPhase, predicted_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.closing.symbolic.decision_diagrams import Diagram
     from scbm.closing.symbolic.run_moves import RunMove
@@ -48,6 +53,21 @@ class NoSetError(Exception):
     """No set is found; the message says why, as a clause."""
 
 
+class PlanLayers(Struct):
+    """What a breadth-first search backward from the goals finds out about predicted states, goal by goal.
+
+    Attributes:
+        layers: for each distance, from 0 on, the states from which the goal is so many operations away.
+        choices: for each operation the states in which a canonical plan goes on with it: of all operations that lead
+            to the next layer it is the first one in the order of the model.
+        dead: the states from which no plan leads to the goal.
+    """
+
+    layers: tuple[Diagram, ...]
+    choices: Mapping[str, Diagram]
+    dead: Diagram
+
+
 class ReachedSet(Struct):
     """A set that no move leaves.
 
@@ -59,6 +79,7 @@ class ReachedSet(Struct):
         visited: the obligations that the moves which are possible in the set visit, as bits.
         surely: those of them that moves visit which are not loose, as bits.
         is_complete: whether the search was not over before, because nothing was left to prove.
+        plans: the plans of these runs; `None` for any plans.
     """
 
     space: RunSpace
@@ -68,6 +89,7 @@ class ReachedSet(Struct):
     visited: int
     surely: int
     is_complete: bool
+    plans: PlanLayers | None = None
 
 
 class _Part(Struct, eq=False):
@@ -129,31 +151,61 @@ class SetSearch:
         space = RunSpace(variables, manager)
         try:
             moves = RunMoves(self._model, space, predicted_variables(self._model))
-            kept = (GOAL, *map(predicted_name, predicted_variables(self._model)))
-            every = space.all_of(space.has_one_of(name, space.variables[name].values) for name in kept)
-            dead = self._dead(moves, every, min(_EASY_WORK, self._limits.work))
-            if dead is not None:
-                return self._reached(space, dead, missing)
+            every = space.all_of(space.has_one_of(name, space.variables[name].values) for name in self._of_plans)
+            plans = self._plans(moves, every, min(_EASY_WORK, self._limits.work))
+            if plans is not None:
+                return self._reached(space, plans.dead, missing)
             found = self._reached(space, manager.false, -1)
             if not missing & found.visited:
                 return found
-            planned = space.has_one_of(PHASE, (SetPhase.ASKING, SetPhase.PLAN, SetPhase.PLANNED))
-            others = space.bits_of(name for name in space.variables if name not in kept)
-            dead = self._dead(found.moves, manager.exist(others, found.reached & planned), self._limits.work)
-            if dead is None:
-                raise self._too_much_work()
+            dead = self._plans_in(found).dead
             return found if dead == manager.false else self._reached(space, dead, missing)
         except TooManyValuesError:
             raise NoSetError(_TOO_MANY_VALUES) from None
 
-    def _reached(self, space: RunSpace, dead: Diagram, missing: int) -> ReachedSet:
+    def find_canonical(self, found: ReachedSet, missing: int) -> ReachedSet:
+        """Return the set of runs with canonical plans. Raises `NoSetError` beyond the limits, which count anew.
+
+        Args:
+            found: the set of runs with any plans.
+            missing: the obligations that proofs are looked for, as bits.
+        """
+        self._work = 0
+        predicted = predicted_variables(self._model)
+        for operation in self._model.operations:
+            read = dict.fromkeys(n for n in planned_names(operation) if n in predicted)
+            if prod(len(self._model.space[name].domain.values) for name in read) > MAX_CHANGES:
+                raise NoSetError(_TOO_MANY_VALUES)
+        whole = found if found.is_complete else self._reached(found.space, found.dead, -1)
+        plans = self._plans_in(whole)
+        plans = replace(plans, dead=plans.dead | found.dead)
+        return self._reached(found.space, plans.dead, missing, plans)
+
+    @property
+    def _of_plans(self) -> tuple[str, ...]:
+        """The variables that plans depend on: the goal, and the predicted state."""
+        return (GOAL, *map(predicted_name, predicted_variables(self._model)))
+
+    def _plans_in(self, found: ReachedSet) -> PlanLayers:
+        """Return the canonical plans from all predicted states of a complete set."""
+        space, kept = found.space, self._of_plans
+        planned = space.has_one_of(PHASE, (SetPhase.ASKING, SetPhase.PLAN, SetPhase.PLANNED))
+        others = space.bits_of(name for name in space.variables if name not in kept)
+        states = space.manager.exist(others, found.reached & planned)
+        plans = self._plans(found.moves, states, self._limits.work)
+        if plans is None:
+            raise self._too_much_work()
+        return plans
+
+    def _reached(self, space: RunSpace, dead: Diagram, missing: int, plans: PlanLayers | None = None) -> ReachedSet:
         """Return the least set that no move leaves; a part of it if its moves visit all that is missing.
 
         Operations are taken one after the other. All that can happen while one is current is found at once, then all
         that follows until the next one. So most sets on the way are near to closed ones, and small. Loose moves come
         last.
         """
-        moves = RunMoves(self._model, space, predicted_variables(self._model), dead)
+        choices = None if plans is None else plans.choices
+        moves = RunMoves(self._model, space, predicted_variables(self._model), dead, choices)
         parts = self._parts(moves)
         self._visited = 0
         parts[0].add(moves.start())
@@ -166,7 +218,7 @@ class SetSearch:
                 part.new = part.reached
             is_complete = self._grow(moves, parts, missing)
         reached = space.any_of(part.reached for part in parts)
-        return ReachedSet(space, moves, reached, dead, self._visited, surely, is_complete)
+        return ReachedSet(space, moves, reached, dead, self._visited, surely, is_complete, plans)
 
     def _grow(self, moves: RunMoves, parts: Sequence[_Part], missing: int) -> bool:
         """Take all moves from what is new until nothing is, and return `True`; `False` if all missing is visited."""
@@ -241,23 +293,30 @@ class SetSearch:
                     situations |= after & ~target.reached
                 target.add(after)
 
-    def _dead(self, moves: RunMoves, left: Diagram, most: int) -> Diagram | None:
-        """Return those of some predicted states from which no plan leads to the goal; `None` beyond `most` nodes."""
+    def _plans(self, moves: RunMoves, left: Diagram, most: int) -> PlanLayers | None:
+        """Return the canonical plans from some predicted states, which no operation leaves; `None` beyond `most` nodes.
+
+        Operations may lead from these states to dead ones.
+        """
         nothing, begin = moves.space.manager.false, self._work
-        operations = [moves.following(each, ~nothing, {}, None) for each in self._model.operations]
+        operations = [(each.name, moves.following(each, ~nothing, {}, None)) for each in self._model.operations]
+        choices = dict.fromkeys((name for name, _ in operations), nothing)
+        layers: list[Diagram] = []
         new = left & moves.predicted_goal()
         left &= ~new
         while new != nothing:
+            layers.append(new)
             before = left
-            for operation in operations:
+            for name, operation in operations:
                 nearer = moves.before(operation, new) & left
                 if nearer != nothing:
                     self._work += nearer.dag_size
                     if self._work - begin > most:
                         return None
+                    choices[name] |= nearer
                     left &= ~nearer
             new = before & ~left
-        return left
+        return PlanLayers(tuple(layers), choices, left)
 
     def _count(self, diagram: Diagram) -> None:
         self._work += diagram.dag_size

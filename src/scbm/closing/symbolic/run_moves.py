@@ -1,4 +1,6 @@
-"""The steps of runs on sets of situations: one move for each micro-step and each event, for any plans.
+"""The steps of runs on sets of situations: one move for each micro-step and each event.
+
+Plans are any, or canonical: then each operation is next in a plan only where it is the choice of the planner.
 
 The order of micro-steps is that of `running.micro_steps`, the life of operations that of `running.lifecycle`. A
 situation here may be in the midst of a settling. What is simpler than in runs is larger, never smaller: a planner may
@@ -77,7 +79,12 @@ class RunMoves:
     """
 
     def __init__(
-        self, model: BehaviorModel, space: RunSpace, predicted: Sequence[str], dead: Diagram | None = None
+        self,
+        model: BehaviorModel,
+        space: RunSpace,
+        predicted: Sequence[str],
+        dead: Diagram | None = None,
+        choices: Mapping[str, Diagram] | None = None,
     ) -> None:
         """Prepare the moves. Raises `TooManyValuesError`.
 
@@ -86,10 +93,12 @@ class RunMoves:
             space: the variables of its situations.
             predicted: the variables of the world on which plans depend.
             dead: predicted states from which no plan leads to the goal; by default none.
+            choices: for each operation the predicted states in which a plan goes on with it; by default plans are any.
         """
         self.space = space
         self.alive = space.manager.true if dead is None else ~dead
         self._model = model
+        self._choices = choices
         self._predicted = tuple(predicted_name(name) for name in predicted)
         self._pairs = tuple((name, predicted_name(name)) for name in predicted)
         self._world = SpaceReader(space, model)
@@ -269,8 +278,10 @@ class RunMoves:
     def _operation_moves(self, operation: Operation) -> Iterator[RunMove]:
         has, name = self.space.has, operation.name
         planned = has(PHASE, SetPhase.PLANNED) & has(CURRENT_NAME, self._first[CURRENT_NAME])
-        yield self.following(operation, self._following & has(PHASE, SetPhase.PLAN), {CURRENT_NAME: name}, None)
-        yield self.following(operation, planned, {}, Aspect.QUEUED)
+        chosen = self.space.manager.true if self._choices is None else self._choices[name]
+        next_one = self._following & has(PHASE, SetPhase.PLAN) & chosen
+        yield self.following(operation, next_one, {CURRENT_NAME: name}, None)
+        yield self.following(operation, planned & chosen, {}, Aspect.QUEUED)
         for source in dict.fromkeys(rule.source for rule in LIFECYCLE):
             left = self._going_on & has(CURRENT_NAME, name) & has(CURRENT_STATE, source.value)
             timed = self._passes(operation, source)

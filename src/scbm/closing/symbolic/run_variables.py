@@ -14,7 +14,7 @@ from scbm.running.untimed.relevance import Relevance
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.model import BehaviorModel, Transition
+    from scbm.model import BehaviorModel, Operation, Transition
 
 _NEAR = 8
 """So many variables before a place count for the choice of the next one."""
@@ -26,6 +26,14 @@ def predicted_variables(model: BehaviorModel) -> tuple[str, ...]:
     """Return the variables of the world on which plans to any of the goals depend, in the order of the model."""
     read = [name for _, goal in model.goals for name in goal.reads()]
     return tuple(v.name for v in Task(model, read).packing.space if not v.role.is_runner)
+
+
+def planned_names(operation: Operation) -> Iterator[str]:
+    """Yield the variables that the planner reads and changes for an operation."""
+    for part in (operation.pre, operation.post):
+        yield from part.g.reads()
+        for action in part.a:
+            yield from (*action.reads(), action.target)
 
 
 def run_variables(model: BehaviorModel) -> tuple[RunVariable, ...]:

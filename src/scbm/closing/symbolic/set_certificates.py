@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scbm.model import PlanSet
 from scbm.proofcheck import SetsArgument
 
 if TYPE_CHECKING:
@@ -17,9 +18,15 @@ if TYPE_CHECKING:
 
 def sets_argument(found: ReachedSet, goals: GoalOrder) -> SetsArgument:
     """Return the argument of a set."""
-    nodes = _ValueNodes(found.space, (found.reached, found.dead))
-    reached, dead = nodes.numbers
-    return SetsArgument(tuple(found.space.variables), tuple(nodes.nodes), reached, dead, goals)
+    plans, variables = found.plans, tuple(found.space.variables)
+    if plans is None:
+        nodes = _ValueNodes(found.space, (found.reached, found.dead))
+        reached, dead = nodes.numbers
+        return SetsArgument(variables, tuple(nodes.nodes), reached, dead, goals)
+    nodes = _ValueNodes(found.space, (found.reached, found.dead, *plans.layers, *plans.choices.values()))
+    reached, dead, *others = nodes.numbers
+    layers, choices = tuple(others[: len(plans.layers)]), tuple(others[len(plans.layers) :])
+    return SetsArgument(variables, tuple(nodes.nodes), reached, dead, goals, PlanSet.CANONICAL, layers, choices)
 
 
 class _ValueNodes:

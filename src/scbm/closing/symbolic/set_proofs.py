@@ -1,4 +1,7 @@
-"""Proofs by a set of all situations: what no step in the set visits, no run visits, whichever plans are chosen."""
+"""Proofs by a set of all situations: what no step in the set visits, no run visits.
+
+One set is about any plans, whichever are chosen. Another one is about canonical plans.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from scbm.cases.coverage import Aspect, Obligations
 from scbm.closing.proofs.blame import blame
 from scbm.closing.symbolic.reached_sets import DEFAULT_LIMITS, SetSearch
 from scbm.closing.symbolic.set_certificates import sets_argument
-from scbm.model import OperationState, conjunction
+from scbm.model import OperationState, PlanSet, conjunction
 from scbm.running.compiled_steps import OperationPart
 from scbm.running.lifecycle import guard_and_actions, is_current_in, states_trying
 
@@ -28,11 +31,14 @@ class SetProofs:
     Attributes:
         visited: the obligations that steps in the set visit, as bits; they may be more than runs visit.
         surely: those of them that runs visit, but for runs that a livelock ends; these prove nothing.
+        plans: the plans of the runs that they are about.
     """
 
-    def __init__(self, model: BehaviorModel, found: ReachedSet) -> None:
-        """Look at what the set of a model visits."""
+    def __init__(self, model: BehaviorModel, found: ReachedSet, search: SetSearch) -> None:
+        """Look at what the set of a model visits, which a search has found."""
         self._model = model
+        self._search = search
+        self.plans = PlanSet.ANY if found.plans is None else PlanSet.CANONICAL
         self._found = found
         self._obligations = Obligations.of(model)
         self.visited, self.surely = found.visited, found.surely
@@ -51,7 +57,11 @@ class SetProofs:
             limits: the limits of the set.
         """
         search = SetSearch(model, limits, progress, _visits_in(Obligations.of(model)))
-        return SetProofs(model, search.find(missing))
+        return SetProofs(model, search.find(missing), search)
+
+    def canonical(self, missing: int) -> SetProofs:
+        """Return the proofs for canonical plans about what is missing. Raises `NoSetError` beyond the limits."""
+        return SetProofs(self._model, self._search.find_canonical(self._found, missing), self._search)
 
     @property
     def never(self) -> int:
@@ -84,7 +94,8 @@ class SetProofs:
             return f"{name} is planned, but every such run ends before the operation becomes current"
         if aspect is Aspect.DISABLED:
             why = "its precondition holds whenever it is checked"
-            return f"{name} is never disabled in any plan, unless a case forces it: {why}"
+            which = " in any plan" if self.plans is PlanSet.ANY else ""
+            return f"{name} is never disabled{which}, unless a case forces it: {why}"
         return self._reason_of_current(obligation)
 
     def _reason_of_current(self, obligation: Obligation) -> str:

@@ -15,7 +15,7 @@ from scbm.cases.trace import PlanReceived
 from scbm.closing import Decision
 from scbm.closing.decisions import SuggestionKind
 from scbm.closing.summaries import in_few_words, plan_in_words, reason_about_it
-from scbm.model import format_moment, format_value
+from scbm.model import PlanSet, format_moment, format_value
 from scbm.model.requirements import BUILT_IN_NAMES, OPTIONAL_NAMES
 from scbm.model.visible_text import counted
 from scbm.proofcheck import SetsArgument, StructureArgument, ValuesArgument
@@ -47,6 +47,7 @@ _FOLLOWS_FROM = {
     StructureArgument.kind: "the model file",
     ValuesArgument.kind: "the values that transitions and replies can give the variables",
     SetsArgument.kind: "a set of all situations that runs can be in, whichever plans are chosen",
+    f"{SetsArgument.kind}-{PlanSet.CANONICAL}": "a set of all situations that runs with canonical plans can be in",
 }
 _STYLES = {
     Decision.COVERED: "bold green",

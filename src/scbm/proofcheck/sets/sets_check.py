@@ -9,21 +9,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model import Role, format_value
+from scbm.model import PlanSet, Role, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE
 from scbm.proofcheck.certificate import GOAL, PHASE, CertificateFlaw, SetPhase, predicted_name, request_name
 from scbm.proofcheck.checker_planner import PlannedStates
-from scbm.proofcheck.clauses import TRUE, Clauses
 from scbm.proofcheck.runs_check import check_variables, initial_values
-from scbm.proofcheck.set_steps import SetSteps
-from scbm.proofcheck.set_views import SituationView, TooManyChoicesError, ValueLiterals, new_values
+from scbm.proofcheck.sets.clauses import Clauses
+from scbm.proofcheck.sets.distances_check import DistancesCheck
+from scbm.proofcheck.sets.set_literals import SetLiterals
+from scbm.proofcheck.sets.set_steps import SetSteps
+from scbm.proofcheck.sets.set_views import SituationView, TooManyChoicesError, ValueLiterals, new_values
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Value
     from scbm.proofcheck.certificate import ClaimedObligation, SetsArgument
-    from scbm.proofcheck.set_steps import SetStep
+    from scbm.proofcheck.sets.set_steps import SetStep
 
 _MAX_SHOWN = 300
 """Maximum number of characters of a situation in a message."""
@@ -97,15 +99,18 @@ def _wrong_shape(
             yield CertificateFlaw(where, "it has sets that do not stand before it, or compare earlier variables")
             return
         levels.append(node[0])
-    if not max(argument.reached, argument.dead) < len(levels):
+    of_plans = (argument.dead, *argument.layers, *argument.choices)
+    if not max(argument.reached, *of_plans) < len(levels):
         yield CertificateFlaw("the sets", "they are no nodes")
         return
-    yield from _wrong_dead(argument)
+    if len(argument.choices) != (0 if argument.plans is PlanSet.ANY else len(model.operations)):
+        yield CertificateFlaw("the choices", "they are not those of the operations of the model, each once")
+    yield from _no_predicted_states(argument, of_plans)
 
 
-def _wrong_dead(argument: SetsArgument) -> Iterator[CertificateFlaw]:
-    """Yield a flaw for a set of predicted states that depends on something else."""
-    todo, seen = [argument.dead], dict[int, None]()
+def _no_predicted_states(argument: SetsArgument, numbers: Sequence[int]) -> Iterator[CertificateFlaw]:
+    """Yield a flaw for sets of predicted states that depend on something else."""
+    todo, seen = list(numbers), dict[int, None]()
     while todo:
         number = todo.pop()
         if number < 2 or number in seen:  # noqa: PLR2004 - 0 and 1 are no nodes
@@ -114,7 +119,7 @@ def _wrong_dead(argument: SetsArgument) -> Iterator[CertificateFlaw]:
         level, *following = argument.nodes[number - 2]
         name = argument.variables[level]
         if name != GOAL and not name.startswith(predicted_name("")):
-            yield CertificateFlaw("the dead states", f"they depend on {name}")
+            yield CertificateFlaw("the predicted states", f"they depend on {name}")
             return
         todo += following
 
@@ -136,38 +141,15 @@ class _SetCheck:
         self._clauses = Clauses()
         self._before = {name: new_values(variables[name], self._clauses) for name in argument.variables}
         self._after = {name: new_values(variables[name], self._clauses) for name in argument.variables}
-        self._in_set = self._inside(argument.reached, self._before)
-        self._leaves_set = self._outside(argument.reached, self._after)
-        self._is_dead = self._inside(argument.dead, self._before)
-        self._leads_on = self._outside(argument.dead, self._after)
-        alive = self._outside(argument.dead, self._before)
-        self._steps = SetSteps(model, self._before, planned, alive, self._clauses)
+        before, after = (SetLiterals(argument, each, self._clauses) for each in (self._before, self._after))
+        self._in_set, self._leaves_set = before.inside(argument.reached), after.outside(argument.reached)
+        self._is_dead, self._leads_on = before.inside(argument.dead), after.outside(argument.dead)
+        names = [operation.name for operation in model.operations]
+        self._layers = [(before.inside(number), before.outside(number)) for number in argument.layers]
+        self._choices = [(before.inside(number), before.outside(number)) for number in argument.choices]
+        chosen = dict(zip(names, (inside for inside, _ in self._choices), strict=True)) if self._choices else None
+        self._steps = SetSteps(model, self._before, planned, before.outside(argument.dead), self._clauses, chosen)
         self._same = {name: self._equal(name, self._before[name]) for name in argument.variables}
-
-    def _inside(self, number: int, literals: Mapping[str, ValueLiterals]) -> int:
-        """Return the assumption that a situation is in a set."""
-        return self._implied(number, literals, 1)
-
-    def _outside(self, number: int, literals: Mapping[str, ValueLiterals]) -> int:
-        """Return the assumption that a situation is not in a set."""
-        return self._implied(number, literals, -1)
-
-    def _implied(self, number: int, literals: Mapping[str, ValueLiterals], sign: int) -> int:
-        """Return a literal that holds only where a situation is in a set, or with sign -1 only where it is not."""
-        used, todo = dict[int, None](), [number]
-        while todo:
-            each = todo.pop()
-            if each > 1 and each not in used:
-                used[each] = None
-                todo += self._argument.nodes[each - 2][1:]
-        found = {0: -sign * TRUE, 1: sign * TRUE}
-        for each in sorted(used):
-            level, *following = self._argument.nodes[each - 2]
-            found[each] = self._clauses.new()
-            values = literals[self._argument.variables[level]].values()
-            for value, after in zip(values, following, strict=True):
-                self._clauses.add(-found[each], -value, found[after])
-        return found[number]
 
     def _equal(self, name: str, values: ValueLiterals) -> int:
         """Return the assumption that a variable has these values afterwards."""
@@ -196,6 +178,7 @@ class _SetCheck:
     def flaws(self, claimed: Sequence[str]) -> Iterator[CertificateFlaw]:
         """Yield all flaws."""
         yield from self._wrong_dead_states()
+        yield from self._wrong_plans()
         if self._clauses.can_hold([self._begins(), self._leaves_set]):
             yield CertificateFlaw("the start", f"a first situation is not in the set: {self._shown(self._after)}")
         for step in self._steps.steps():
@@ -221,6 +204,27 @@ class _SetCheck:
             same = [literal for name, literal in self._same.items() if name not in given]
             if self._clauses.can_hold([self._is_dead, enabled, *after, *same, self._leads_on]):
                 yield CertificateFlaw("the dead states", f"{operation.name} leads out of {self._shown(self._before)}")
+
+    def _wrong_plans(self) -> Iterator[CertificateFlaw]:
+        """Yield the flaws of layers and choices, where plans are canonical: here, and then those of operations."""
+        if self._argument.plans is PlanSet.ANY:
+            return
+        goal, can_hold = self._steps.predicted_goal(), self._clauses.can_hold
+        for number, (inside, _) in enumerate(self._layers):
+            if can_hold([inside, goal if number else -goal]):
+                yield CertificateFlaw(
+                    f"layer {number}", f"the goal {'holds' if number else 'does not hold'} in one of its states"
+                )
+            if number and can_hold([inside, *(outside for _, outside in self._choices)]):
+                yield CertificateFlaw(f"layer {number}", "no operation is chosen in one of its states")
+        for operation, (inside, _) in zip(self._model.operations, self._choices, strict=True):
+            if can_hold([inside, -self._steps.planned_step(operation)[0]]):
+                yield CertificateFlaw("the choices", f"{operation.name} is chosen where it cannot follow")
+        planned = self._clauses.any_of([self._before[PHASE][each] for each in (SetPhase.PLAN, SetPhase.PLANNED)])
+        if can_hold([self._in_set, planned, *(outside for _, outside in self._layers)]):
+            yield CertificateFlaw("the layers", f"the plan goes on in none of them: {self._shown(self._before)}")
+        sizes = [len(self._variables[name]) for name in self._argument.variables]
+        yield from DistancesCheck(self._argument, self._model, sizes).flaws()
 
     def _begins(self) -> int:
         """Return the literal that a situation afterwards is one in which runs begin (semantics 7.2)."""

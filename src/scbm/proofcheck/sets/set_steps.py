@@ -1,4 +1,4 @@
-"""The steps of runs under any plans as formulas, for the check of sets: read it beside semantics 5, 6 and 9.
+"""The steps of runs as formulas, for the check of sets: read it beside semantics 5, 6 and 9.
 
 It shares no code with the moves that find sets. Each step is one micro-step or one event; a situation may be in the
 midst of a settling. Three rules let more happen than in runs, which proves no less: the planner may answer that no plan
@@ -24,16 +24,16 @@ from scbm.proofcheck.certificate import (
     predicted_name,
     request_name,
 )
-from scbm.proofcheck.clauses import TRUE
 from scbm.proofcheck.guarded_parts import fails_operation
-from scbm.proofcheck.set_views import SituationView, ValueLiterals
+from scbm.proofcheck.sets.clauses import TRUE
+from scbm.proofcheck.sets.set_views import SituationView, ValueLiterals
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Operation, Predicate, Resource, Transition, Value
     from scbm.model.operations import Action
-    from scbm.proofcheck.clauses import Clauses
+    from scbm.proofcheck.sets.clauses import Clauses
 
 _PURSUING = (SetPhase.NO_PLAN, SetPhase.ASKING, SetPhase.PLAN)
 
@@ -61,13 +61,14 @@ class SetStep(Struct, frozen=True):
 class SetSteps:
     """The steps of a model."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 - what a situation is, and which plans there are
         self,
         model: BehaviorModel,
         literals: Mapping[str, ValueLiterals],
         planned: Sequence[str],
         alive: int,
         clauses: Clauses,
+        choices: Mapping[str, int] | None = None,
     ) -> None:
         """Prepare the steps.
 
@@ -77,8 +78,11 @@ class SetSteps:
             planned: the variables of the world on which plans depend.
             alive: the assumption that no dead state is predicted; it is never negated.
             clauses: the clauses.
+            choices: for each operation the assumption that it is the next one in a canonical plan from the predicted
+                state; by default plans are any. It is never negated.
         """
         self._model = model
+        self._choices = choices
         self._literals = literals
         self._planned = tuple(planned)
         self._alive = alive
@@ -199,6 +203,7 @@ class SetSteps:
     def _next(self, operation: Operation) -> Iterator[SetStep]:
         enabled, after = self.planned_step(operation)
         name = operation.name
+        enabled = enabled if self._choices is None else self._all(enabled, self._choices[name])
         where = self._all(self._is_free, self._is(PHASE, SetPhase.PLAN), enabled)
         given = {**after, **self._set({CURRENT_NAME: name})}
         yield SetStep(f"{name} is next in the plan", where, given, leads_on=True)

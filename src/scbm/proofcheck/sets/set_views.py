@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model import And, Implies, Not, OperationState, Or, Truth
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
-from scbm.proofcheck.clauses import TRUE
+from scbm.proofcheck.sets.clauses import TRUE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.model import Action, BehaviorModel, Predicate, StateSpace, Value
-    from scbm.proofcheck.clauses import Clauses
+    from scbm.proofcheck.sets.clauses import Clauses
 
 ValueLiterals: TypeAlias = "dict[Value, int]"
 """For each value of a variable the literal that holds where the variable has it: exactly one of them does."""

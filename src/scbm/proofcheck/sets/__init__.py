@@ -1,0 +1,1 @@
+"""The check of sets of situations, which certificates have as decision diagrams."""
