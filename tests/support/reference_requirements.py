@@ -28,12 +28,16 @@ class Way(Enum):
 
 
 class Step(NamedTuple):
-    """What an event leads to: the states on the way, where the run is then, and what happened."""
+    """What an event leads to: the states on the way, where the run is then, and what happened.
+
+    `answers` is the resource that replies, or `plan`.
+    """
 
     states: tuple[Values, ...]
     after: Run
     way: Way
     reached: str = ""
+    answers: str = ""
 
 
 Targets: TypeAlias = Mapping[object, Sequence[tuple[object, Step]]]
@@ -69,29 +73,29 @@ class RequirementRules(Rules):
         for after in self.after_changes(run):
             yield from self._paths(after, (after.values,), Way.OUTSIDE)
         if run.goal:
-            for after, way in self._pursued(run):
+            for after, way, answers in self._pursued(run):
                 ended = self._last_states(run, after) if not after.goal else (after.values,)
-                yield from self._paths(after, ended, way)
+                yield from (step._replace(answers=answers) for step in self._paths(after, ended, way))
         elif not run.is_last:
             for goal in self._goals:
                 after = run._replace(goal=goal, is_last=self._is_single).having({"plan.state": "planning"})
                 yield from self._paths(after, (after.values,), Way.ORDINARY)
 
-    def _pursued(self, run: Run) -> Iterator[tuple[Run, Way]]:
-        yield self._ended(run, "aborted"), Way.LIMIT
+    def _pursued(self, run: Run) -> Iterator[tuple[Run, Way, str]]:
+        yield self._ended(run, "aborted"), Way.LIMIT, ""
         if run.asked is not None:
             status, plan = self._plan(run.goal, run.asked)
             after = self._answered(run, status, plan)
-            yield after, Way.ORDINARY if after.goal else Way.LIMIT
+            yield after, Way.ORDINARY if after.goal else Way.LIMIT, "plan"
         for resource in self.model.resources:
             if resource.name in run.in_flight:
                 for after in self._replies(run, resource):
                     is_good = after.values[resource.request_state] == "succeeded"
-                    yield after, Way.ORDINARY if is_good else Way.FAILURE
+                    yield after, Way.ORDINARY if is_good else Way.FAILURE, resource.name
         for after in self._deadline(run):
-            yield after, Way.DEADLINE
+            yield after, Way.DEADLINE, ""
         if run.unsolvable is not None and not run.in_flight and run.asked is None:
-            yield self._ended(run, "unsolvable"), Way.ORDINARY
+            yield self._ended(run, "unsolvable"), Way.ORDINARY, ""
 
     def _paths(self, run: Run, states: tuple[Values, ...], way: Way) -> Iterator[Step]:
         """The settlings of a run, with their states; several, as a limit of plans may end a run or not."""
@@ -138,17 +142,42 @@ class RequirementRules(Rules):
             return False
         return run.unsolvable is None or bool(run.in_flight)
 
+    def go_round(self, steps: Sequence[tuple[Run, Step]]) -> bool:
+        """Whether runs can take all of these steps again and again, and nothing is awaited all the way round (7.13)."""
+        if all(run.asked is not None for run, _ in steps) and not any(step.answers == "plan" for _, step in steps):
+            return False
+        has_timer = all(any(True for _ in self._deadline(run)) for run, _ in steps)
+        ended = (step.way is Way.DEADLINE or self._passes(step, "current.name", "none") for _, step in steps)
+        if has_timer and not any(ended):
+            return False
+        return not any(
+            all(name in run.in_flight for run, _ in steps)
+            and not any(step.answers == name or self._passes(step, each.request_state, "initial") for _, step in steps)
+            for name, each in self._resources.items()
+        )
+
+    @staticmethod
+    def _passes(step: Step, name: str, value: str) -> bool:
+        return any(values[name] == value for values in step.states)
+
+    @staticmethod
+    def may_repeat(run: Run, step: Step) -> bool:
+        """Whether a round may have a step: within a run, no request fails or times out, and no limit comes."""
+        is_timeout = step.way is Way.DEADLINE and bool(run.in_flight)
+        return bool(run.goal and step.after.goal) and step.way not in {Way.LIMIT, Way.FAILURE} and not is_timeout
+
 
 def violated_by_some_run(model: BehaviorModel, sentence: RequirementForm, most: int) -> bool | None:
     """Whether some run violates a requirement; `None` if there are more than `most` moments.
 
-    For `leads to` these are runs that end or wait while q is due; those that go round without end are not found.
+    For `leads to` these are runs that end, wait or go round while q is due.
     """
     rules = RequirementRules(model, sentence.reads())
+    due: dict[object, list[tuple[object, Run, Step]]] = {}
     seen: dict[object, None] = {}
     todo: deque[tuple[Run, bool]] = deque()
     steps: Iterable[Step] = rules.first_steps()
-    memory, goal, is_started = False, "", False
+    memory, goal, is_started, run = False, "", False, Run({})
     while True:
         for step in steps:
             after, is_violated = _followed(sentence, memory, step.states)
@@ -157,16 +186,40 @@ def violated_by_some_run(model: BehaviorModel, sentence: RequirementForm, most: 
             if is_violated or (isinstance(sentence, LeadsTo) and after and (is_end or rules.waits(step.after))):
                 return True
             key = (rules.place(step.after), after)
+            stays = isinstance(sentence, LeadsTo) and memory and not any(map(sentence.effect.holds, step.states))
+            if stays and goal and rules.may_repeat(run, step):
+                due.setdefault((rules.place(run), memory), []).append((key, run, step))
             if key not in seen:
                 seen[key] = None
                 todo.append((step.after, after))
         if len(seen) > most:
             return None
         if not todo:
-            return False
+            return _goes_round(rules, due)
         run, memory = todo.popleft()
         goal, is_started = run.goal, True
         steps = rules.next_steps(run)
+
+
+def _goes_round(rules: RequirementRules, due: Mapping[object, Sequence[tuple[object, Run, Step]]]) -> bool:
+    """Whether runs can go round with q due; `due` has the steps in which it stays due."""
+    reached = {key: _closure(key, due) for key in due}
+    groups = {key: [other for other in reached[key] if key in reached.get(other, ())] for key in due}
+    for group in groups.values():
+        steps = [(run, step) for key in group for target, run, step in due[key] if target in group]
+        if steps and rules.go_round(steps):
+            return True
+    return False
+
+
+def _closure(key: object, due: Mapping[object, Sequence[tuple[object, Run, Step]]]) -> dict[object, None]:
+    seen: dict[object, None] = {}
+    todo = [key]
+    while todo:
+        new = [target for target, _, _ in due.get(todo.pop(), ()) if target not in seen]
+        seen |= dict.fromkeys(new)
+        todo += new
+    return seen
 
 
 def _followed(sentence: RequirementForm, memory: bool, states: Iterable[Values]) -> tuple[bool, bool]:  # noqa: FBT001 - a state

@@ -65,6 +65,15 @@ class ObservedRun(Protocol):
         """The time of the last record."""
         ...
 
+    @property
+    def ends(self) -> str:
+        """How the run ends, as a clause that names a limit if one ended it."""
+        ...
+
+    def before_limit(self) -> Iterator[ObservedState]:
+        """Yield the states without those that a limit brings about, which ends the run: it cancels and drops."""
+        ...
+
     def __iter__(self) -> Iterator[ObservedState]:
         """Yield the states, in order."""
         ...
@@ -198,13 +207,13 @@ class Never(RequirementForm, frozen=True):
 class LeadsTo(RequirementForm, frozen=True):
     """`p leads to q [within d]`: whenever p holds, q holds then or later.
 
-    With `within d`, q holds at most d later. Without it, q holds before the run ends. A run that ends before d has
-    passed satisfies the requirement.
+    With `within d`, q holds at most d later. Without it, q holds before the run ends, or before a limit ends it. A run
+    that ends before d has passed satisfies the requirement.
     """
 
     pattern = "p leads to q [within d]"
     violated = (
-        "at the end of the run, if `q` is still due",
+        "at the end of the run, or when a limit ends it, if `q` is still due",
         "as soon as `q` has been due for more than `d`. A run that ends earlier violates nothing",
     )
     cause: Predicate
@@ -224,7 +233,7 @@ class LeadsTo(RequirementForm, frozen=True):
     def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
         """Return the moment at which q has been due for too long."""
         due: ObservedState | None = None
-        for state in run:
+        for state in run.before_limit() if self.within_ns is None else run:
             late = self._late(due, state.at_ns)
             if late is not None:
                 return late
@@ -233,7 +242,7 @@ class LeadsTo(RequirementForm, frozen=True):
             elif due is None and self.cause.holds(state.values):
                 due = state
         if due is not None and self.within_ns is None:
-            reason = f"the run ends, and {self.effect} has not held since {format_moment(due.at_ns)}"
+            reason = f"{run.ends}, and {self.effect} has not held since {format_moment(due.at_ns)}"
             return SentenceViolation(run.end_ns, reason, due.record)
         return self._late(due, run.end_ns)
 

@@ -6,20 +6,28 @@ finds the records that show the violation.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct
 
-from scbm.cases.trace import Record, RunnerStarted, state_after
+from scbm.cases.trace import End, Record, RequestCancelled, RunEnded, RunnerStarted, state_after
 from scbm.model import format_moment, format_value
 from scbm.model.requirements import ObservedState
-from scbm.model.variables import CURRENT_NAME, NO_OPERATION
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.cases.trace import Changes
     from scbm.model import Requirement, Value
+
+LIMIT_WORDS = {
+    End.TIME_LIMIT: "the time limit ends the run",
+    End.REPLAN_LIMIT: "the limit of plans ends the run",
+    End.PLANNER_LIMIT: "a limit of the planner ends the run",
+    End.NO_PLAN_FOUND: "the run ends, as the planner finds no plan",
+}
+"""The ends that are limits, each as a clause."""
 
 
 class Violation(Struct, frozen=True):
@@ -63,19 +71,35 @@ class WatchedRun:
         state: the state after this record.
     """
 
-    __slots__ = ("_reads", "_records", "end_ns", "record", "state")
+    __slots__ = ("_limit", "_reads", "_records", "end_ns", "record", "state")
 
     def __init__(self, records: Sequence[Record], reads: Sequence[str]) -> None:
         self._records = records
         self._reads = frozenset(reads)
+        self._limit = limit_of(records)
         self.end_ns = records[-1].at_ns
         self.record = 0
         self.state: dict[str, Value] = {}
 
     def __iter__(self) -> Iterator[ObservedState]:
         """Yield the state in which the runner starts, and each state in which a variable that is read has changed."""
+        return self._states(len(self._records))
+
+    @property
+    def ends(self) -> str:
+        """How the run ends; call it when all states have been seen."""
+        if self._limit is None:
+            return "the run ends"
+        name, words = self.state[CURRENT_NAME], LIMIT_WORDS[End(self._limit.end.end)]
+        return words if name == NO_OPERATION else f"{words} while {name} is {self.state[CURRENT_STATE]}"
+
+    def before_limit(self) -> Iterator[ObservedState]:
+        """Yield the same states without those of a limit that ends the run, which cancels requests first."""
+        return self._states(len(self._records) if self._limit is None else self._limit.first)
+
+    def _states(self, until: int) -> Iterator[ObservedState]:
         state, reads = self.state, self._reads
-        for index, record in enumerate(self._records):
+        for index, record in enumerate(self._records[:until]):
             changes = record.changes
             if isinstance(record, RunnerStarted):
                 state.update(record.state)
@@ -88,7 +112,30 @@ class WatchedRun:
                     self.record = index
                     yield ObservedState(record.at_ns, index, state)
                     break
-        self.record = len(self._records) - 1
+        self.record = min(until, len(self._records) - 1)
+
+
+class LimitedEnd(NamedTuple):
+    """The end of the last run of a trace by a limit.
+
+    Attributes:
+        first: the index of the first record that the limit brings about: it cancels requests, and then ends the run.
+        end: the record of the end.
+    """
+
+    first: int
+    end: RunEnded
+
+
+def limit_of(records: Sequence[Record]) -> LimitedEnd | None:
+    """Return the end of the last run if it is a limit."""
+    last = next((n for n in range(len(records) - 1, -1, -1) if isinstance(records[n], RunEnded)), None)
+    end = None if last is None else records[last]
+    if last is None or not isinstance(end, RunEnded) or end.end not in LIMIT_WORDS:
+        return None
+    while isinstance(records[last - 1], RequestCancelled) and records[last - 1].at_ns == end.at_ns:
+        last -= 1
+    return LimitedEnd(last, end)
 
 
 def find_violations(requirements: Sequence[Requirement], records: Sequence[Record]) -> tuple[Violation, ...]:

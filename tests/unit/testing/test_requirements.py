@@ -5,7 +5,15 @@ from __future__ import annotations
 import pytest
 
 from scbm.cases import Case, OutcomeRule
-from scbm.cases.trace import AutomaticTaken, OperationStepped, Record, ReplyReceived, RequestSent, RunEnded
+from scbm.cases.trace import (
+    AutomaticTaken,
+    OperationStepped,
+    Record,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+    RunEnded,
+)
 from scbm.files import Scope, parse_requirement
 from scbm.model import BehaviorModel, Outcome, Requirement
 from scbm.testing import Execution, Tester, Violation
@@ -25,7 +33,7 @@ def _broken(sentence: str, model: BehaviorModel = MODEL, *outcomes: Outcome) -> 
     )
     case = Case("case", *model.goals[0], model.nominal_state, forced, requirements=(requirement,))
     execution = Tester(model).execute(case)
-    (violation,) = execution.violations
+    (violation,) = (each for each in execution.violations if not each.is_built_in)
     return violation, execution
 
 
@@ -67,6 +75,19 @@ def test_what_is_owed_at_the_end_is_shown_from_where_it_is_owed() -> None:
     begin, end = _at(violation, execution)
     assert isinstance(begin, RequestSent)
     assert isinstance(end, RunEnded)
+
+
+def test_what_a_limit_cancels_and_drops_satisfies_nothing(wording: Wording) -> None:
+    endless = scan_cell(("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigger <- false]\n", ""))
+    for sentence in (
+        "scan_req_state == executing leads to scan_req_state == initial",
+        "scan_box.state == executing leads to scan_box.state != executing",
+    ):
+        violation, execution = _broken(sentence, endless, Outcome.TIMEOUT)
+        begin, end = _at(violation, execution)
+        assert isinstance(begin, (RequestSent, OperationStepped))
+        assert isinstance(end, RequestCancelled), "the first record of the limit"
+        wording(violation)
 
 
 def test_what_is_owed_within_some_time_is_reported_as_it_was_then() -> None:

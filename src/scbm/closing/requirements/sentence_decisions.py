@@ -35,7 +35,7 @@ _SHARE_OF_ANY_PLANS = 100
 """The divisor of the limit of situations for runs with any plans: often they are many times those of canonical ones."""
 
 _NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
-_ENDLESS = "runs may repeat {} without end before it is satisfied, and no case can show that"
+_ENDLESS = "runs may repeat {} without end before it is satisfied, and no case that was tried shows it"
 _ONLY_CASES = "only cases judge this form of requirement"
 _TAKES_TIME = "time may pass before it is satisfied, and only cases know times"
 _WHERE = {

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec.structs import replace
 
-from scbm.cases import Expectations
+from scbm.cases import CaseLimits, Expectations
+from scbm.closing.requirements.endless_runs import EndlessRuns
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.closing.scripts.case_search import bounded
 from scbm.model import InputError, Outcome
 from scbm.model.requirements import LeadsTo
 from scbm.planning import PlanCache
+from scbm.running.untimed.relevance import Relevance
 from scbm.testing import RandomCases, Shrinker, Tester
 from scbm.testing.continuations.reachable_goals import LIMIT_ENDS
 from scbm.testing.random_cases import most_goals
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Requirement
     from scbm.model.requirements import RequirementForm
     from scbm.testing import Campaign, Execution
+    from scbm.testing.requirement_monitors import Violation
     from scbm.testing.verdicts import Failure
 
 _SEED = 1
@@ -66,21 +69,24 @@ class ViolatingCases:
         self._progress = progress
         self._found: dict[RequirementKey, Execution] = {}
         self._written: list[str] = []
-        self._waits: dict[RequirementKey, None] = {}
         requirements = (*model.requirements, *extra)
-        self._untimed = [r.name for r in requirements if _is_untimed(r.sentence)]
+        self._untimed = {r.name: r.sentence.reads() for r in requirements if _is_untimed(r.sentence)}
 
     def __contains__(self, key: RequirementKey) -> bool:
         return key in self._found
 
     def look_in(self, suite: Campaign, closing: Closing) -> None:
-        """Keep the first run of the suite or of a new case that violates each requirement.
+        """Keep the first run of the suite or of a new case that shows a violation of each requirement.
 
         A case from a file shows the violation as it is: closing writes no other one.
         """
         for cause in suite.summary.causes:
-            if cause.failures[0].kind in _KINDS:
-                execution = self.tester.execute(self._with_extra(suite.source.case(cause.positions[0])))
+            failure = cause.failures[0]
+            key = RequirementKey(failure.subject, failure.kind is FailureKind.BUILT_IN)
+            for position in cause.positions[: self._most] if failure.kind in _KINDS else ():
+                if key in self._found:
+                    break
+                execution = self.tester.execute(self._with_extra(suite.source.case(position)))
                 self.keep(execution)
                 if execution.case.origin is None:
                     self._written.append(execution.case.name)
@@ -101,16 +107,27 @@ class ViolatingCases:
     def _shows(self, key: RequirementKey, execution: Execution) -> bool:
         """Return whether a run of the model shows that a requirement is violated: without force, and by its goals.
 
-        A run that a limit ended shows that q is still due only if it waited for nothing else.
+        A run that a limit ended shows that q stays due only if it waited for nothing else, or went round.
         """
         goals = dict(self._model.goals)
         if any(goals.get(goal.name) != goal.predicate for goal in execution.case.goals):
             return False
-        is_end = execution.verdict.end not in LIMIT_ENDS or key in self._waits
-        if not key.is_built_in and key.name in self._untimed and not is_end:
-            return False
         violated = (v for v in execution.violations if (v.requirement, v.is_built_in) == key)
-        return any(execution.forced_by is None or each.record < execution.forced_by for each in violated)
+        return any(
+            (execution.forced_by is None or each.record < execution.forced_by) and self._is_endless(each, execution)
+            for each in violated
+        )
+
+    def _is_endless(self, violation: Violation, execution: Execution) -> bool:
+        """Return whether a run shows a violation although a limit ended it."""
+        if violation.is_built_in or violation.requirement not in self._untimed:
+            return True
+        if execution.verdict.end not in LIMIT_ENDS:
+            return True
+        reads = self._untimed[violation.requirement]
+        program = self.tester.program
+        names = Relevance(program.model, program.packing, also=reads).names
+        return EndlessRuns(program, names).shows(execution.trace.records, violation.begins)
 
     def try_walks(self, runs: AllRuns, walks: Iterator[ViolatingWalk], keys: Sequence[RequirementKey]) -> None:
         """Run cases that follow walks until one violates each requirement."""
@@ -122,12 +139,11 @@ class ViolatingCases:
                 return
             if by_name[walk.requirement] not in self._found and tried[walk.requirement] < self._most:
                 tried[walk.requirement] += 1
-                key = by_name[walk.requirement]
-                self._waits |= {key: None} if walk.waits else {}
                 case = scripts.case(walk.path, walk.requirement, walk.missing)
-                self.keep(bounded(self.tester, self._with_extra(case)))
-                if key not in self._found:
-                    self._waits.pop(key, None)
+                if walk.goes_round:
+                    self.keep(bounded(self.tester, self._with_extra(_without_end(case))))
+                if by_name[walk.requirement] not in self._found:
+                    self.keep(bounded(self.tester, self._with_extra(case)))
 
     def try_random(self, keys: Iterable[RequirementKey]) -> None:
         """Run random cases until one violates each requirement."""
@@ -202,6 +218,13 @@ def failure_of(key: RequirementKey, execution: Execution) -> Failure:
     """Return the failure of a run that violates a requirement."""
     kind = FailureKind.BUILT_IN if key.is_built_in else FailureKind.REQUIREMENT
     return next(each for each in execution.verdict.failures if each.kind is kind and each.subject == key.name)
+
+
+def _without_end(case: Case) -> Case:
+    """Return the case without a limit of its own; the last rule of each subject is about all later requests."""
+    last = {rule.subject: rule for rule in case.outcomes}
+    rules = tuple(replace(rule, last=None) if rule is last[rule.subject] else rule for rule in case.outcomes)
+    return replace(case, outcomes=rules, limits=CaseLimits())
 
 
 def _is_late(rule: OutcomeRule) -> bool:

@@ -62,13 +62,13 @@ class ViolatingWalk(NamedTuple):
         requirement: the name of the requirement.
         path: the walk.
         missing: the resources whose last requests get no reply.
-        waits: whether the run waits in the end, so that only a limit ends it.
+        goes_round: whether the run goes round in the end, twice.
     """
 
     requirement: str
     path: RunPath
     missing: tuple[str, ...] = ()
-    waits: bool = False
+    goes_round: bool = False
 
 
 class ViolationSearch:

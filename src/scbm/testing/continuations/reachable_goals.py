@@ -25,6 +25,7 @@ from scbm.running.untimed.situations import (
     world_bits,
 )
 from scbm.testing.continuations.continued_runs import MOST_SITUATIONS, ContinuedRuns, SearchTooLongError
+from scbm.testing.requirement_monitors import LIMIT_WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from scbm.running.untimed.noted_steps import NotedSteps
     from scbm.running.untimed.situations import Happening, Position, RunStep
 
-LIMIT_ENDS = (End.TIME_LIMIT, End.REPLAN_LIMIT, End.PLANNER_LIMIT, End.NO_PLAN_FOUND)
+LIMIT_ENDS = tuple(LIMIT_WORDS)
 """The ends of runs that a limit ended: such histories do not count."""
 
 _PLAN_LIMITS = PlanLimits(expansions=1_000)

@@ -7,12 +7,14 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from scbm.cases import Case, OutcomeRule
+from scbm.cases import Case, CaseLimits, OutcomeRule
+from scbm.cases.trace import End
 from scbm.closing import CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
-from scbm.files import load_model, read_case, read_model, write_case
-from scbm.model import BehaviorModel, GoalOrder, Outcome, RunPlans, RunsDeclaration
+from scbm.closing.requirements.violating_cases import RequirementKey, ViolatingCases
+from scbm.files import Scope, load_model, parse_requirement, read_case, read_model, write_case
+from scbm.model import BehaviorModel, GoalOrder, Outcome, Requirement, RunPlans, RunsDeclaration
 from scbm.proofcheck import check_certificate
 from scbm.running.micro_steps import MicroStep, MicroSteps
 from scbm.testing import Campaign, FailureKind, RandomCases, Tester
@@ -298,7 +300,7 @@ goals:
 
 
 def test_a_run_that_replies_may_keep_going_round_is_open(wording: Wording) -> None:
-    found = decided(decide(read_model(LOOKS_AGAIN)), "recovers")
+    found = decided(decide(read_model(LOOKS_AGAIN), CloseLimits(candidates=0)), "recovers")
     assert found.status is UNDECIDED
     wording(found.reason)
 
@@ -413,6 +415,99 @@ def test_times_are_left_to_cases_unless_nothing_takes_time() -> None:
         "never_ends": VIOLATED,
     }
     assert not decisions.is_open
+
+
+SEES_BAD = """
+behavior_model: sees_bad
+variables:
+  found: {domain: [unknown, good, bad], initial: unknown}
+  go: {domain: bool, initial: true, source: input}
+  done: {domain: bool, initial: false}
+resources:
+  cam: {measures: {found: [good, bad]}, simulation: {latency: 1 s}}
+  arm: {simulation: {latency: 1 s}}
+operations:
+  look: {request: cam, deadline: 5 s, guard: found != good, assumes: {found: good}}
+  pick: {request: arm, guard: found == good && done == false, pre: {gr: go == true}, effects: [done <- true]}
+goals:
+  done: {goal: done == true, may_end: [aborted, unsolvable]}
+requirements:
+  bad_good: found == bad leads to found == good
+  looked: look.state == executing leads to cam_req_state == succeeded || found == good
+  ends: pick.state == executing leads to pick.state != executing
+  starts: pick.state == disabled leads to pick.state == executing
+"""
+
+
+def test_rounds_and_waits_are_shown_by_cases_that_a_limit_ends(wording: Wording) -> None:
+    model = read_model(SEES_BAD)
+    decisions = decide(model)
+    found = {each.name: each for each in decisions.decided if not each.is_built_in}
+    assert found["looked"].holds, "a request that times out each time does not succeed in the end"
+    ends = {"bad_good": End.REPLAN_LIMIT, "ends": End.TIME_LIMIT, "starts": End.TIME_LIMIT}
+    for name, end in ends.items():
+        execution = found[name].execution
+        assert execution is not None
+        assert (found[name].status, execution.verdict.end) == (VIOLATED, end)
+        wording(found[name].reason)
+
+
+def test_a_closed_suite_needs_no_further_case_of_a_round_or_a_wait() -> None:
+    model = read_model(SEES_BAD)
+    first = decide(model)
+    suite = tuple(each.execution.case for each in first.decided if each.execution is not None)
+    assert suite
+    again = decide(model, suite=suite)
+    assert [each.status for each in again.decided] == [each.status for each in first.decided]
+    assert not [each for each in again.decided if each.execution is not None]
+
+
+PICKED = "pick.state == executing leads to done == true"
+
+
+def test_a_limit_that_ends_a_run_in_which_a_reply_is_late_or_bad_shows_nothing() -> None:
+    model = read_model(
+        SEES_BAD.replace("request: arm, guard", "request: arm, deadline: 5 s, guard").replace(
+            "pre: {gr: go == true}, ", ""
+        )
+    )
+    model = replace(model, requirements=(Requirement("picked", parse_requirement(PICKED, Scope.of(model))),))
+    failed = tuple(OutcomeRule("pick", number, number, Outcome.FAIL) for number in range(1, 200))
+    missing = (OutcomeRule("pick", 1, None, Outcome.TIMEOUT),)
+    for rules, limits in (((), CaseLimits(1_500_000_000)), (failed, CaseLimits()), (missing, CaseLimits())):
+        case = Case("case", *model.goals[0], model.nominal_state, rules, limits=limits)
+        execution = Tester(model).execute(case)
+        assert [each.requirement for each in execution.violations if not each.is_built_in] == ["picked"]
+        found = ViolatingCases(model, (), 1, lambda _: None)
+        found.keep(execution)
+        assert RequirementKey("picked") not in found
+    assert decided(decide(model), "picked").holds
+
+
+STOPS = """
+behavior_model: stops
+variables:
+  light: {domain: [red, green], initial: green, source: input}
+  done: {domain: bool, initial: false}
+resources: {arm: {simulation: {latency: 1 s}}}
+operations:
+  work:
+    {request: arm, deadline: 5 s, disabled_deadline: 5 s, guard: done == false, pre: {gr: light == green},
+     effects: [done <- true]}
+automatic_transitions:
+  stop: {g: light == red && work.state == executing, a: [current.state <- failed, arm_req_trigger <- false]}
+goals: {done: done == true}
+requirements: {works: work.state == executing leads to done == true}
+"""
+
+
+def test_a_round_of_changes_from_outside_is_shown_until_a_time_limit() -> None:
+    model = read_model(STOPS)
+    decisions = decide(model)
+    found = decided(decisions, "works")
+    assert found.execution is not None
+    changes = found.execution.case.environment or ()
+    assert (found.status, found.execution.verdict.end, len(changes)) == (VIOLATED, End.TIME_LIMIT, 3)
 
 
 def test_a_requirement_of_the_command_line_stands_in_its_case() -> None:
