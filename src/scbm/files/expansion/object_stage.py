@@ -264,7 +264,8 @@ class _ObjectStage:
             raise self._report.error() from None
         if choices is None or (not choices and not is_sure and all(objects)):
             self._miss_names(section, key.base)
-            choices = [tuple(listed[0] for listed in objects)]
+            # conditions often forbid equal objects
+            choices = [tuple(listed[place % len(listed)] for place, listed in enumerate(objects))]
         for indexed in self._owned(section, key.base):
             indexed.declared.update(dict.fromkeys(choices))
         return choices
