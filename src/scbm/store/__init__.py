@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         begin_run,
         keep_decisions,
         keep_smallest,
+        refuse_store,
         time_now,
         write_mutants,
         write_store,
@@ -91,6 +92,7 @@ __all__ = [
     "network_words",
     "read_history",
     "read_limits",
+    "refuse_store",
     "sayable",
     "time_now",
     "write_mutants",
@@ -112,8 +114,8 @@ __getattr__ = lazy_exports(
         "smallest_cases": "SmallestCase",
         "store_union": "Combined combine_stores",
         "store_writer": (
-            "MutantWriter StoreFigures StoreWriter begin_run keep_decisions keep_smallest time_now write_mutants "
-            "write_store"
+            "MutantWriter StoreFigures StoreWriter begin_run keep_decisions keep_smallest refuse_store "
+            "time_now write_mutants write_store"
         ),
         "stored_evidence": "StoredCertificate",
         "stored_mutants": (

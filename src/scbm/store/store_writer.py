@@ -289,6 +289,13 @@ def keep_decisions(path: Path, model: BehaviorModel, decisions: Sequence[KnownDe
             tables.put_decision(StoredDecision(each, planner, goals, closed), row, digest)
 
 
+def refuse_store(path: Path, model: BehaviorModel) -> None:
+    """Raise `InputError` if `keep_decisions` cannot add the answers about a model to a store; a new one is not made."""
+    with open_for_writing(path) as connection, store_errors(path), understood(path):
+        if has_tables(connection, path):
+            refuse_another_model(path, Tables(connection).models(), model, digest_of(model))
+
+
 class StoreFigures(Struct, frozen=True):
     """The figures of all cases of a store.
 

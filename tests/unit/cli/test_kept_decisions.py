@@ -70,7 +70,9 @@ def test_the_last_closing_of_the_same_model_counts(scbm: Scbm, lamp: Path) -> No
 def test_decisions_of_another_model_do_not_count(scbm: Scbm, lamp: Path) -> None:
     scbm("test", lamp, "--cases", "1", "--store", "s.db")
     lamp.write_text(LAMP + WRONG, encoding="utf-8")
-    assert scbm("close", lamp, "--requirements", "--store", "s.db").code == 2
+    refused = scbm("close", lamp, "--requirements", "--store", "s.db", "--out", "closed")
+    assert (refused.code, refused.out) == (2, "")
+    assert not Path("closed").exists(), "refused before anything is computed"
     assert scbm("close", lamp, "--store", "t.db").code == 2
 
 
@@ -166,6 +168,16 @@ def test_a_requirement_is_explained_by_what_closing_says_of_it(scbm: Scbm, lamp:
     assert "did you mean `non_blocking`?" in scbm("explain", lamp, "non_bloking").err
     built_in = json.loads(scbm("explain", lamp, "no_orphan", "--json").out)
     assert (built_in["requirement"]["built_in"], bool(built_in["assumptions"])) == (True, True)
+
+
+def test_explain_says_what_close_says_where_only_cases_for_obligations_show_a_violation(scbm: Scbm, lamp: Path) -> None:
+    lamp.write_text(LAMP.replace("within 60 s", "within 2 s"), encoding="utf-8")
+    decided = json.loads(scbm("close", lamp, "--requirements", "--json").out)["requirements"]["decided"]
+    explained = scbm("explain", lamp, "soon", "--json")
+    assert explained.code == 1
+    requirement = json.loads(explained.out)["requirement"]
+    assert requirement == next(each for each in decided if each["name"] == "soon")
+    assert requirement["status"] == "violated"
 
 
 def test_close_decides_the_requirements_of_the_command_line(scbm: Scbm, lamp: Path) -> None:

@@ -93,8 +93,9 @@ def command(
         return check_certificates(files or [], json=json)
     model = _only_model(files or [])
     decides = requirements or bool(require)
+    given = tuple(suite or ())
     asked = _CloseRequest(
-        model, tuple(suite or ()), cases, seed, limits, planner, jobs, waivers, one_case_each, decides, require or ()
+        model, given, cases, seed, limits, planner, jobs, waivers, one_case_each, decides, require or (), store
     )
     if store is not None and not decides:
         message, remedy = "a store keeps the answers about requirements", "add `--requirements`"
@@ -160,12 +161,17 @@ class _CloseRequest(Struct, frozen=True):
     one_case_each: bool = False
     requirements: bool = False
     require: Sequence[str] = ()
+    store: Path | None = None
     interruption: Interruption = field(default_factory=Interruption)
 
     def close(self) -> ClosingResult:
         """Read model and suite again, run the suite, and decide the remaining obligations."""
         written, read = load_model(self.file), OptionReader()
         model = read.read(lambda: self.planner.applied(written), written)
+        if self.store is not None:
+            from scbm.store import refuse_store  # noqa: PLC0415 - a database, which few closings need
+
+            refuse_store(self.store, model)  # before anything is computed or written
         asked: tuple[Requirement, ...] = read.read(lambda: read_requirements(self.require, model), ())
         waivers = read.last(lambda: read_waivers_of(model, self.waivers))
         suite = Suite(model, self.file, self.paths, random=self.cases, seed=self.seed, planner_option=self.planner.text)

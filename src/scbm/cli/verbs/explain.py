@@ -66,7 +66,8 @@ def command(
                 campaign = given.run(show)
             show(f"exploring {loaded.name}")
             with given.locating():
-                closing = Closer(loaded, limits, show, interruption=interruption).close(campaign, asked)
+                wanted = asked if requirement is None else None  # cases for obligations may violate requirements
+                closing = Closer(loaded, limits, show, interruption=interruption).close(campaign, wanted)
             closer = None
             if requirement is not None:
                 from scbm.closing.requirements.requirement_closer import RequirementCloser  # noqa: PLC0415 - few do
