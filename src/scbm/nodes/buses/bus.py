@@ -27,6 +27,7 @@ __all__ = [
     "BusError",
     "Client",
     "Join",
+    "PeerCount",
     "Publisher",
     "Received",
     "Service",
@@ -131,6 +132,20 @@ class Unmatched(Struct, frozen=True):
             return None
         kind = max((reason.kind for reason in shown), key=list(UnmatchedKind).index)
         return Unmatched("; ".join(reason.why for reason in shown), kind)
+
+
+class PeerCount(Struct, eq=False):
+    """The number of matched peers as the event loop knows it; `matched` gets each new one."""
+
+    matched: Callable[[int], None] | None
+    peers: int = 0
+
+    def are(self, peers: int) -> None:
+        """Set the number. Called on the loop."""
+        if peers != self.peers:
+            self.peers = peers
+            if self.matched is not None:
+                self.matched(peers)
 
 
 class Publisher(Protocol):

@@ -17,6 +17,7 @@ from scbm.nodes.buses.bus import (
     ONLY_BEST_EFFORT,
     Answered,
     BusError,
+    PeerCount,
     Received,
     Service,
     Topic,
@@ -196,7 +197,7 @@ class RclpyBus:
         return other or (weak if is_too_weak else None)
 
     def _look_at(self, look: Callable[[], int], matched: Callable[[int], None] | None) -> _RclpyPeers:
-        peers = _RclpyPeers(look, matched)
+        peers = _RclpyPeers(matched, look=look)
         self._peers.append(peers)
         return peers
 
@@ -247,24 +248,10 @@ class RclpyBus:
         self._context.try_shutdown()
 
 
-class _RclpyPeers(Struct, eq=False):
-    """The number of matched peers.
-
-    Attributes:
-        look: counts them, on the thread of the executor.
-        matched: gets their number on the loop.
-        peers: their number, as the loop knows it.
-    """
+class _RclpyPeers(PeerCount, eq=False, kw_only=True):
+    """The number of matched peers; `look` counts them, on the thread of the executor."""
 
     look: Callable[[], int]
-    matched: Callable[[int], None] | None
-    peers: int = 0
-
-    def are(self, number: int) -> None:
-        if number != self.peers:
-            self.peers = number
-            if self.matched is not None:
-                self.matched(number)
 
 
 class _RclpyPublisher(Struct, frozen=True):

@@ -14,7 +14,7 @@ from uuid import uuid4
 
 from msgspec import Struct
 
-from scbm.nodes.buses.bus import Answered, BusError, when_answered
+from scbm.nodes.buses.bus import Answered, BusError, PeerCount, when_answered
 from scbm.nodes.buses.dds import dds_names
 from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
 from scbm.nodes.buses.dds.participant import participant_names
@@ -73,13 +73,12 @@ class ServiceClient:
         self._participant = participant
         self._service = service
         self._receive = receive
-        self._matched = matched
         self._warn = warn
         identity = uuid4()
         self._guid = identity.int >> 64
         self._last = 0
         self._waiting: set[int] = set()
-        self._peers = 0
+        self._peers = PeerCount(matched)
         self._has_met_unknown = False
         self._is_closed = False
         self._requests, self._responses = codec_of(service.type.request), codec_of(service.type.response)
@@ -98,7 +97,7 @@ class ServiceClient:
 
         It is 0 if one of them is of a vendor whose services cannot be called: it might get requests, too.
         """
-        return self._peers
+        return self._peers.peers
 
     def server_names(self) -> tuple[str, ...]:
         """Return the process and the machine of each server."""
@@ -140,11 +139,7 @@ class ServiceClient:
         if self._is_closed:
             return
         servers = self._servers()
-        peers = len(servers) if all(is_callable(match.guid) for match in servers) else 0
-        if peers != self._peers:
-            self._peers = peers
-            if self._matched is not None:
-                self._matched(peers)
+        self._peers.are(len(servers) if all(is_callable(match.guid) for match in servers) else 0)
 
     def _hear(self, taken: Taken) -> None:
         for payload, _ in taken.samples:

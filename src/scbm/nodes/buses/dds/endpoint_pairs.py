@@ -9,13 +9,13 @@ import time
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from cyclonedds.core import DDSException, Listener, Policy, Qos
+from cyclonedds.core import DDSException, Policy, Qos
 from cyclonedds.topic import Topic
 from msgspec import Struct
 
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.buses.dds.dds_classes import message_class
-from scbm.nodes.buses.dds.raw_samples import RawReader, RawWriter, delete
+from scbm.nodes.buses.dds.raw_samples import RawReader, RawWriter, delete, listener
 from scbm.nodes.types.type_hashes import user_data
 
 if TYPE_CHECKING:
@@ -108,8 +108,8 @@ class EndpointPair:
             raise BusError(f"DDS refuses `{written[0]}` or `{read[0]}`: {error}") from error
         # A listener that is there from the start may be called before Python knows the reader.
         matched = self._has_more_or_fewer
-        self.writer.set_listener(_listener(on_publication_matched=matched))
-        self.reader.set_listener(_listener(on_data_available=self._has_data, on_subscription_matched=matched))
+        self.writer.set_listener(listener(on_publication_matched=matched))
+        self.reader.set_listener(listener(on_data_available=self._has_data, on_subscription_matched=matched))
         matched()
 
     def write(self, payload: bytes) -> None:
@@ -169,10 +169,6 @@ def _qos(data: bytes) -> Qos:
         Policy.DataRepresentation(use_cdrv0_representation=True),
         Policy.Userdata(data),
     )
-
-
-def _listener(**called: Callable[..., None]) -> Listener:
-    return Listener(**called)  # type: ignore[no-untyped-call]  # cyclonedds gives it no types
 
 
 def _matches(handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]) -> list[Match]:

@@ -11,7 +11,7 @@ from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 from msgspec import Struct
 
-from scbm.nodes.buses.bus import BusError, Received
+from scbm.nodes.buses.bus import BusError, PeerCount, Received
 from scbm.nodes.buses.dds.dds_classes import message_class
 from scbm.nodes.buses.dds.dds_names import topic_name
 from scbm.nodes.buses.dds.raw_samples import RawReader, RawWriter, listener, refused_policy
@@ -60,25 +60,6 @@ def wanted_by(topic: Topic, role: EndpointRole, policy: int = 0) -> WantedEndpoi
     return WantedEndpoint(topic.name, topic.type.name, role, role.value, topic_name(topic.name), _qos(topic), policy)
 
 
-class EndpointPeers:
-    """The number of matched endpoints, as known on the event loop."""
-
-    def __init__(self, hand_over: HandOver, matched: Callable[[int], None] | None) -> None:
-        self.count = 0
-        self._hand_over = hand_over
-        self._matched = matched
-
-    def are(self, count: int) -> None:
-        """Pass an event to the loop; called on any thread."""
-        self._hand_over(partial(self._set, count))
-
-    def _set(self, count: int) -> None:
-        if count != self.count:
-            self.count = count
-            if self._matched is not None:
-                self._matched(count)
-
-
 class ReceivedSample(Struct, frozen=True):
     """The callbacks of a subscription, which run on the loop.
 
@@ -101,14 +82,15 @@ class DdsPublisher:
     ) -> None:
         self.topic = topic
         self._codec = codec_of(topic.type)
-        self._peers = EndpointPeers(hand_over, matched)
+        self._hand_over = hand_over
+        self._peers = PeerCount(matched)
         called = listener(on_publication_matched=self._on_matched)
         self.writer = RawWriter(participant, dds_topic(participant, topic), _qos(topic), called)
 
     @property
     def peers(self) -> int:
         """The number of matched subscriptions."""
-        return self._peers.count
+        return self._peers.peers
 
     def wanted(self) -> WantedEndpoint:
         """Return the peers that it can match."""
@@ -128,7 +110,7 @@ class DdsPublisher:
     # on a thread of Cyclone DDS
 
     def _on_matched(self, _writer: Entity | None, status: dds_c_t.publication_matched_status) -> None:
-        self._peers.are(status.current_count)
+        self._hand_over(partial(self._peers.are, status.current_count))
 
 
 def _why_not(error: DDSException) -> str:
@@ -163,7 +145,7 @@ class DdsSubscription:
         self._hand_over = hand_over
         self._order = order
         self._heard = heard
-        self._peers = EndpointPeers(hand_over, heard.matched)
+        self._peers = PeerCount(heard.matched)
         self._is_made = False
         called = listener(on_data_available=self._on_data, on_subscription_matched=self._on_matched)
         self.reader = RawReader(participant, dds_topic(participant, topic), _qos(topic), called)
@@ -175,7 +157,7 @@ class DdsSubscription:
     @property
     def peers(self) -> int:
         """The number of matched publishers."""
-        return self._peers.count
+        return self._peers.peers
 
     def wanted(self) -> WantedEndpoint:
         """Return the peers that it can match."""
@@ -192,7 +174,7 @@ class DdsSubscription:
             self._take()
             if status.current_count_change < 0 and self._heard.left is not None:
                 self._hand_over(partial(self._heard.left, status.last_publication_handle & _HANDLE_MASK))
-            self._peers.are(status.current_count)
+            self._hand_over(partial(self._peers.are, status.current_count))
 
     def _take(self) -> None:
         if not self._is_made:
