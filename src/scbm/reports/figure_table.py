@@ -89,19 +89,20 @@ def verdict_lines(cases: int, failed: int) -> Iterator[Text]:
 
 
 def requirement_lines(found: Sequence[CheckedRequirement], columns: int) -> Iterator[Text]:
-    """Yield a line for each requirement: how many cases check it, and what closing says."""
-    if found:
-        yield Text("  Requirements:")
-    width = max((len(each.name) for each in found), default=0)
+    """Yield a line for each requirement: how many cases check it, and what closing says; one for open built-in ones."""
+    rows, alike = [], dict[str, list[str]]()
     for each in found:
-        for number, line in enumerate(wrap(each.words, max(20, columns - width - 6))):
-            yield Text(f"    {'' if number else each.name:<{width}}  {line}")
-
-
-def requirements_off_lines(model: BehaviorModel, columns: int) -> Iterator[Text]:
-    """Yield a line for each built-in requirement that a model switches off, with the reason."""
-    for name, reason in model.requirements_off:
-        yield from map(Text, wrapped(f"{name} ({reason})", columns, "  Requirement off: ", len("  Requirement off: ")))
+        if each.is_built_in and not each.is_notable and each.decision is None:
+            alike.setdefault(each.words, []).append(each.name)
+        else:
+            rows.append((each.name, each.words))
+    rows += [("built-in", f"{', '.join(names)}: {words}") for words, names in alike.items()]
+    if rows:
+        yield Text("  Requirements:")
+    width = max((len(name) for name, _ in rows), default=0)
+    for name, words in rows:
+        for number, line in enumerate(wrap(words, max(20, columns - width - 6))):
+            yield Text(f"    {'' if number else name:<{width}}  {line}")
 
 
 def hazard_lines(hazards: Sequence[tuple[str, Hazard]], count: int, columns: int) -> Iterator[Text]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from scbm.store.smallest_cases import SmallestCase
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import StoredMutation
-    from scbm.testing import Excuse, Verdict
+    from scbm.testing import Excuse, Unjudged, Verdict
     from scbm.testing.decided_requirements import CheckedRequirement, KnownDecision
 
 
@@ -148,6 +148,7 @@ class StoredCase(Struct, frozen=True):
         excluded: over nodes the number of values that drivers sent and the model excludes.
         smallest: the smallest cases that its run found for its failures; other cases with a failure have none.
         hazards: in simulation what devices did and the controller did not know.
+        unjudged: why `non_blocking` does not judge it; `None` if it does, or is switched off.
     """
 
     key: bytes
@@ -166,6 +167,7 @@ class StoredCase(Struct, frozen=True):
     excluded: int = 0
     smallest: tuple[SmallestCase, ...] = ()
     hazards: tuple[Hazard, ...] = ()
+    unjudged: Unjudged | None = None
 
     @property
     def is_over_nodes(self) -> bool:
@@ -259,7 +261,9 @@ class History(Struct, frozen=True, dict=True):
     @property
     def requirements(self) -> tuple[CheckedRequirement, ...]:
         """What cases and closing say of requirements."""
-        return checked_requirements(self.model, self.decisions, len(self.cases))
+        cases = [case for case in self.cases if not case.is_earlier]
+        unjudged = Counter(case.unjudged for case in cases if case.unjudged is not None)
+        return checked_requirements(self.model, self.decisions, len(cases), unjudged)
 
     @property
     def waivers(self) -> tuple[Waiver, ...]:

@@ -57,7 +57,7 @@ def history_in(tables: Tables) -> History:
         StoredCase(
             row.key, row.name, row.recipe, row.goal, order[row.run], row.position,
             row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id, row.log, row.forced,
-            row.excluded, row.smallest, row.hazards,
+            row.excluded, row.smallest, row.hazards, row.unjudged,
         )
         for row in tables.cases()
         if row.key not in left_out

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 17
+TABLES_VERSION = 18
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -227,6 +227,13 @@ TABLES: dict[str, StoreTable] = {
                 "JSON, of a simulated case with hazards at devices: a list of `kind` (`overlap` or `unawaited`),"
                 " `resource`, `request`, `begin_ns`, `end_ns` and `other`; `json_array_length` counts them",
                 value=lambda case: hazards_text(case.hazards),
+            ),
+            StoreColumn(
+                "unjudged",
+                "TEXT",
+                "why `non_blocking` does not judge the case: `single_goals`, `drawn_plans`, `external_planner`,"
+                " `other_goals`, `force`, `limit`, `livelock` or `too_long`; null if it does, or is off",
+                value=lambda case: case.unjudged,
             ),
             StoreColumn(
                 "smallest",

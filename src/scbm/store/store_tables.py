@@ -32,7 +32,7 @@ from scbm.store.stored_evidence import (
     read_hazards_text,
     read_waivers_text,
 )
-from scbm.testing import Failure, FailureKind, Verdict
+from scbm.testing import Failure, FailureKind, Unjudged, Verdict
 from scbm.testing.decided_requirements import KnownDecision, RequirementStatus
 
 if TYPE_CHECKING:
@@ -112,6 +112,7 @@ class CaseRow(Struct, frozen=True):
     excluded: int = 0
     smallest: tuple[SmallestCase, ...] = ()
     hazards: tuple[Hazard, ...] = ()
+    unjudged: Unjudged | None = None
 
 
 class RunCaseRow(Struct, frozen=True):
@@ -196,13 +197,13 @@ class Tables:
         settings = {
             id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM setting ORDER BY id")
         }
-        more = "excuses, excluded, smallest, hazards"
+        more = "excuses, excluded, smallest, hazards, unjudged"
         rows = self._connection.execute(f"SELECT {_CASE_COLUMNS}, {more} FROM test_case ORDER BY key")  # noqa: S608 - our own
         for row in rows:
             key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
             recipe = _recipe(settings[setting], seed, number, text, path)
             ended, failures, ended_ns, requests, visited, log, forced, excuses, *others = result
-            excluded, smallest, hazards = others
+            excluded, smallest, hazards, unjudged = others
             verdict = Verdict(End(ended), _failures(failures), read_excuses_text(excuses))
             bits = _known(visited, count)
             _refuse_another_log(log, recipe)
@@ -210,6 +211,7 @@ class Tables:
                 key, _text(name), _text(goal), model, run, _number(position), recipe,
                 verdict, _number(ended_ns), _number(requests), bits, log, _known(forced or b"", count),
                 _number(excluded or 0), read_smallest_text(smallest), read_hazards_text(hazards),
+                None if unjudged is None else Unjudged(unjudged),
             )  # fmt: skip
 
     def run_cases(self) -> Iterator[RunCaseRow]:

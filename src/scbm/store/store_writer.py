@@ -197,7 +197,7 @@ class StoreWriter:
             row = CaseRow(
                 key, case.name, case.goal_names, *ids, position, recipe,
                 result.verdict, result.ended_ns, result.requests, result.visited, packed, result.forced,
-                result.excluded, hazards=result.hazards,
+                result.excluded, hazards=result.hazards, unjudged=result.unjudged,
             )  # fmt: skip
             failed = not result.verdict.passed
             self._tables.put_case(row)

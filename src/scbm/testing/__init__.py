@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scbm.testing.shrinking.case_sizes import Choice, Size
     from scbm.testing.shrinking.shrinker import Shrinker, Shrunk
     from scbm.testing.tester import Execution, Tester
-    from scbm.testing.verdicts import Excuse, ExcuseRules, Failure, FailureKind, Outcomes, Verdict, judge
+    from scbm.testing.verdicts import Excuse, ExcuseRules, Failure, FailureKind, Outcomes, Unjudged, Verdict, judge
     from scbm.testing.written_cases import WrittenCase, case_texts, find_case_files, load_suite
 
 __all__ = [
@@ -46,6 +46,7 @@ __all__ = [
     "Size",
     "StopRule",
     "Tester",
+    "Unjudged",
     "Verdict",
     "Violation",
     "WorkerProcesses",
@@ -79,7 +80,7 @@ __getattr__ = lazy_exports(
         "requirement_monitors": "Violation find_violations",
         "shrinking.shrinker": "Shrinker Shrunk",
         "tester": "Execution Tester",
-        "verdicts": "Excuse ExcuseRules Failure FailureKind Outcomes Verdict judge",
+        "verdicts": "Excuse ExcuseRules Failure FailureKind Outcomes Unjudged Verdict judge",
         "written_cases": "WrittenCase case_texts find_case_files load_suite",
     },
 )

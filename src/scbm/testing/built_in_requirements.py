@@ -38,7 +38,7 @@ from scbm.testing.continuations.reachable_goals import LIMIT_ENDS, ReachableGoal
 from scbm.testing.request_moments import RequestMoment, find_moments
 from scbm.testing.request_protocol import RequestProtocol
 from scbm.testing.requirement_monitors import Violation
-from scbm.testing.verdicts import goal_runs
+from scbm.testing.verdicts import Unjudged, goal_runs
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -125,7 +125,11 @@ class BuiltInRequirement(ABC):
 
 
 class NotJudgedError(Exception):
-    """A search was too long, so it is unknown whether a run violates a requirement."""
+    """A requirement does not judge a run."""
+
+    def __init__(self, why: Unjudged) -> None:
+        super().__init__(why.words)
+        self.why = why
 
 
 class NoOrphan(BuiltInRequirement):
@@ -306,14 +310,14 @@ class NonBlocking(BuiltInRequirement):
 
     def first_violation(self, run: JudgedRun) -> Violation | None:
         """Return the end of a run after which goals cannot be reached any more."""
-        history = _history(run)
-        if not history:
+        if not run.model.goals:
             return None
+        history = _history(run)
         state = state_after(history)
         try:
             lost = run.reachable.lost_after(state)
         except UnknownReachabilityError as error:
-            raise NotJudgedError from error
+            raise NotJudgedError(Unjudged.TOO_LONG) from error
         if lost is None:
             return None
         goals = f"the goal {lost.goals[0]}" if len(lost.goals) == 1 else f"the goals {_listed(lost.goals)}"
@@ -326,18 +330,26 @@ class NonBlocking(BuiltInRequirement):
 def _history(run: JudgedRun) -> Sequence[Record]:
     """Return the records before the first run that a limit ended: what follows is the work of the limit.
 
-    They are no history of the model, and none are returned, if force or another goal made it what it is.
+    Raises `NotJudgedError` if they are no history of the model, as force or another goal made it what it is.
     """
+    if run.reachable.unjudged is not None:
+        raise NotJudgedError(run.reachable.unjudged)
     goals, ends = dict(run.model.goals), [End(end.end) for end in ends_of(run.records)]
     begins = (
         indices.start for indices, end in zip(ranges_of_goals(run.records), ends, strict=False) if end in LIMIT_ENDS
     )
     until = next(begins, len(run.records))
     history = run.records[:until]
-    is_of_model = all(goals.get(goal.name) == goal.predicate for goal in run.case.goals)
-    is_stuck = any(isinstance(record, LivelockedAtRest) for record in history)  # that fails the case by itself
-    is_judged = run.reachable.are_judged and is_of_model and run.until >= until and not is_stuck
-    return history if is_judged and any(isinstance(record, RunEnded) for record in history) else ()
+    reasons = {
+        Unjudged.OTHER_GOALS: any(goals.get(goal.name) != goal.predicate for goal in run.case.goals),
+        Unjudged.FORCE: run.until < until,
+        Unjudged.LIVELOCK: any(isinstance(record, LivelockedAtRest) for record in history),
+        Unjudged.LIMIT: not any(isinstance(record, RunEnded) for record in history),
+    }
+    why = next((reason for reason, is_true in reasons.items() if is_true), None)
+    if why is not None:
+        raise NotJudgedError(why)
+    return history
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -391,11 +403,11 @@ class JudgedBuiltIns(NamedTuple):
 
     Attributes:
         violations: the first violation of each requirement that the run violates.
-        unknown: the names of the requirements that were not judged, as a search was too long.
+        unjudged: why `non_blocking` does not judge the run; `None` if it does, or is switched off.
     """
 
     violations: tuple[Violation, ...]
-    unknown: tuple[str, ...] = ()
+    unjudged: Unjudged | None = None
 
 
 class BuiltInJudge:
@@ -426,18 +438,18 @@ class BuiltInJudge:
         until = len(outcomes.records) if forced_by is None else forced_by
         run = JudgedRun(self._model, self._protocol, case, outcomes, self._rules, until, self._reachable)
         found: list[Violation] = []
-        unknown: list[str] = []
+        unjudged: Unjudged | None = None
         for each in self._judged:
             if found and each.is_explained_by_others:
                 continue
             try:
                 violation = each.first_violation(run)
-            except NotJudgedError:
-                unknown.append(str(each.name))
+            except NotJudgedError as error:
+                unjudged = error.why
                 continue
             if violation is not None:
                 found.append(violation)
-        return JudgedBuiltIns(tuple(found), tuple(unknown))
+        return JudgedBuiltIns(tuple(found), unjudged)
 
 
 _WRITTEN = ", an instance of "

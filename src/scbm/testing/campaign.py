@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.running.simulation.device_hazards import Hazard
     from scbm.testing.batches.campaign_work import CaseSource
-    from scbm.testing.verdicts import Verdict
+    from scbm.testing.verdicts import Unjudged, Verdict
 
 
 class CaseResult(Struct, frozen=True):
@@ -41,6 +41,7 @@ class CaseResult(Struct, frozen=True):
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
         excluded: over nodes the number of values that drivers sent and the model excludes.
         hazards: in a simulation what devices did and the controller did not know.
+        unjudged: why `non_blocking` does not judge the case; `None` if it does, or is switched off.
     """
 
     case: Case
@@ -52,10 +53,11 @@ class CaseResult(Struct, frozen=True):
     forced: int = 0
     excluded: int = 0
     hazards: tuple[Hazard, ...] = ()
+    unjudged: Unjudged | None = None
 
     def outcome(self, position: int) -> CaseOutcome:
         """Return the result without its case, which has this position in its campaign."""
-        visits = (self.visited, self.unused, self.forced, self.excluded, self.hazards)
+        visits = (self.visited, self.unused, self.forced, self.excluded, self.hazards, self.unjudged)
         return CaseOutcome(position, self.verdict, self.ended_ns, self.requests, *visits)
 
 

@@ -127,10 +127,9 @@ class CampaignResult(Struct, frozen=True):
 
     @property
     def requirements(self) -> tuple[CheckedRequirement, ...]:
-        """What cases and closing say of requirements; empty without a store."""
-        if self.store is None:
-            return ()
-        return checked_requirements(self.model, self.decisions, self.campaign.count)
+        """What cases and closing say of requirements."""
+        unjudged = dict(self.campaign.summary.unjudged)
+        return checked_requirements(self.model, self.decisions, self.campaign.count, unjudged)
 
     @property
     def model(self) -> BehaviorModel:

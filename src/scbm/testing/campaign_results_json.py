@@ -40,6 +40,8 @@ def requirement_json(checked: CheckedRequirement) -> dict[str, Any]:
         "name": checked.name,
         "built_in": checked.is_built_in,
         "cases": checked.cases,
+        "unjudged": {why.value: count for why, count in checked.unjudged.items()},
+        "off": checked.off or None,
         "decision": None if decision is None else to_builtins(decision) | {"words": decision.words},
     }
 
@@ -62,7 +64,7 @@ def campaign_json(result: CampaignResult) -> dict[str, Any]:
         "case_count": campaign.count,
         "excused": {excuse.value: count for excuse, count in campaign.summary.excuses},
         "short_of_goal": campaign.summary.short_count,
-        **({} if result.store is None else {"requirements": [requirement_json(each) for each in result.requirements]}),
+        "requirements": [requirement_json(each) for each in result.requirements],
         "requirements_off": dict(campaign.model.requirements_off),
         "requirements_on": list(campaign.model.requirements_on),
         "hazards": campaign.summary.hazard_count,

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from scbm.model.requirements import BUILT_IN_NAMES
+from scbm.model.requirements import BUILT_IN_NAMES, BuiltIn
+from scbm.model.sources import undeclared
 from scbm.model.visible_text import counted
+from scbm.testing.verdicts import Unjudged
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel
 
@@ -66,6 +68,13 @@ class KnownDecision(Struct, frozen=True):
             return f"violated by {self.case}"
         return f"{_WORDS[self.status]}{words_of_undeclared(self.undeclared)}"
 
+    @property
+    def long_words(self) -> str:
+        """The answer with its reason."""
+        if self.case:
+            return f"violated by {self.case}: {self.reason}"
+        return f"{_WORDS[self.status]}: {self.reason}{words_of_undeclared(self.undeclared)}"
+
 
 def words_of_undeclared(names: Sequence[str]) -> str:
     """Return the condition under which a requirement holds, as the end of a sentence; empty without one.
@@ -91,40 +100,79 @@ class CheckedRequirement(Struct, frozen=True):
         name: its name.
         is_built_in: as in `KnownDecision`.
         cases: how many cases check it.
+        unjudged: how many other cases there are for which reason.
         decision: the answer; `None` if the model was not closed with `--requirements` and `--store`.
+        off: why the model switches it off; empty if it does not.
+        undeclared: as in `words_of_undeclared`, where cases can rest on such variables.
     """
 
     name: str
     is_built_in: bool
     cases: int
-    decision: KnownDecision | None
+    unjudged: Mapping[Unjudged, int] = {}
+    decision: KnownDecision | None = None
+    off: str = ""
+    undeclared: tuple[str, ...] = ()
+
+    @property
+    def is_notable(self) -> bool:
+        """Whether there is more to say of it than that each finished case checks it."""
+        return bool(self.off or self.undeclared or any(why is not Unjudged.NO_RUN for why in self.unjudged))
 
     @property
     def words(self) -> str:
         """What is known of it, in few words."""
-        answer = "not decided" if self.decision is None else self.decision.words
-        return f"checked in {counted(self.cases, 'case')}; {answer}"
+        if self.off:
+            return f"off: {self.off}"
+        if Unjudged.SINGLE_GOALS in self.unjudged:
+            return f"not judged, as {Unjudged.SINGLE_GOALS.words}"
+        return f"{self._case_words}; {'not decided' if self.decision is None else self.decision.words}"
+
+    @property
+    def long_words(self) -> str:
+        """What is known of it, with the reason of the answer."""
+        return self.words if self.decision is None else f"{self._case_words}; {self.decision.long_words}"
+
+    @property
+    def _case_words(self) -> str:
+        reasons = ", ".join(f"{count} as {why.words}" for why, count in self.unjudged.items())
+        rests = words_of_undeclared(self.undeclared) if self.decision is None else ""
+        return f"checked in {counted(self.cases, 'case')}{f' (not in {reasons})' if reasons else ''}{rests}"
 
 
 def checked_requirements(
-    model: BehaviorModel, decisions: Iterable[KnownDecision], cases: int
+    model: BehaviorModel, decisions: Iterable[KnownDecision], cases: int, unjudged: Mapping[Unjudged, int]
 ) -> tuple[CheckedRequirement, ...]:
-    """Return what is known of the requirements of a model, and of the built-in ones that were decided.
+    """Return what is known of the requirements of a model, its own first.
 
     Args:
         model: the model.
         decisions: the answers of the last closing of the same model.
-        cases: how many cases there are; each checks all of these requirements.
+        cases: how many cases there are.
+        unjudged: how many of them `non_blocking` does not judge for which reason.
     """
-    return tuple(_checked(model, {(each.name, each.is_built_in): each for each in decisions}, cases))
+    known = {(each.name, each.is_built_in): each for each in decisions if each.status is not RequirementStatus.OFF}
+    no_run = Unjudged.NO_RUN
+    no_runs: dict[Unjudged, int] = {no_run: unjudged[no_run]} if no_run in unjudged else {}
+    own = [
+        CheckedRequirement(each.name, False, cases - sum(no_runs.values()), no_runs, known.get((each.name, False)))
+        for each in model.requirements
+    ]
+    return (*own, *_checked_built_ins(model, known, cases, unjudged, no_runs))
 
 
-def _checked(
-    model: BehaviorModel, known: dict[tuple[str, bool], KnownDecision], cases: int
+def _checked_built_ins(
+    model: BehaviorModel,
+    known: Mapping[tuple[str, bool], KnownDecision],
+    cases: int,
+    unjudged: Mapping[Unjudged, int],
+    no_runs: Mapping[Unjudged, int],
 ) -> Iterator[CheckedRequirement]:
-    for requirement in model.requirements:
-        yield CheckedRequirement(requirement.name, False, cases, known.get((requirement.name, False)))
-    off = [name for name, _ in model.requirements_off]
+    off = dict(model.requirements_off)
     for name in (*BUILT_IN_NAMES, *model.requirements_on):
-        if (name, True) in known and name not in off and known[name, True].status is not RequirementStatus.OFF:
-            yield CheckedRequirement(name, True, cases, known[name, True])
+        is_blocking = name == BuiltIn.NON_BLOCKING
+        if model.resources or is_blocking or name in off or (name, True) in known:
+            others = unjudged if is_blocking else no_runs
+            rests_on = undeclared(model) if is_blocking else ()
+            judged = cases - sum(others.values())
+            yield CheckedRequirement(name, True, judged, others, known.get((name, True)), off.get(name, ""), rests_on)

@@ -47,6 +47,7 @@ from scbm.testing.requirement_monitors import find_violations
 from scbm.testing.verdicts import (
     ExcuseRules,
     Outcomes,
+    Unjudged,
     Verdict,
     find_unused,
     impossible,
@@ -94,7 +95,7 @@ class Execution(PartlyCompared, frozen=True, dict=True):
         notes: what a reader of the run should know, one sentence each: changes at other times than rates allow, and on
             a mutant the changes that were left out.
         excluded: over nodes the values that drivers sent and the model excludes.
-        unjudged: the built-in requirements that were not judged, as a search was too long.
+        unjudged: why `non_blocking` does not judge the case; `None` if it does, or is switched off.
         hazards: in a simulation what devices did and the controller did not know.
     """
 
@@ -113,7 +114,7 @@ class Execution(PartlyCompared, frozen=True, dict=True):
     model: BehaviorModel | None = None
     notes: tuple[str, ...] = ()
     excluded: tuple[ExcludedValue, ...] = ()
-    unjudged: tuple[str, ...] = ()
+    unjudged: Unjudged | None = None
     hazards: tuple[Hazard, ...] = ()
     uncompared = ("model",)
 
@@ -132,7 +133,7 @@ class Execution(PartlyCompared, frozen=True, dict=True):
     def result(self) -> CaseResult:
         """The result that a campaign keeps."""
         requests, excluded = len(self.reactions), len(self.excluded)
-        visits = (self.visited, self.unused, self.forced, excluded, self.hazards)
+        visits = (self.visited, self.unused, self.forced, excluded, self.hazards, self.unjudged)
         return CaseResult(self.case, requests, self.verdict, self.ended_ns, *visits)
 
     @property
@@ -318,9 +319,8 @@ class Tester:
         if run.impossible is not None:
             trace = Trace(self.model.name, case.name, run.records)
             verdict = impossible(run.impossible)
-            return Execution(
-                case, tuple(reactions), trace, verdict, run.ended_ns, (), 0, moves=run.moves, model=self.model
-            )
+            found = Execution(case, tuple(reactions), trace, verdict, run.ended_ns, (), 0)
+            return replace(found, moves=run.moves, model=self.model, unjudged=Unjudged.NO_RUN)
         violations = find_violations((*self.model.requirements, *case.requirements), run.records)
         visited = visited_by(run.records, self.obligations)
         names = self.obligations.names(visited) if case.expect.visits else ()
@@ -358,7 +358,7 @@ class Tester:
                 *silent_outside(case, outcomes, verdict, self._excuses),
             ),
             self._excluded(log, run.records),
-            built_in.unknown,
+            built_in.unjudged,
             run.hazards,
         )
 
@@ -407,7 +407,8 @@ class Tester:
         trace = Trace(self.model.name, case.name, records)
         ended_ns = 0 if run is None else run.ended_ns
         reactions, excluded = () if log is None else log.reactions, self._excluded(log, records)
-        return Execution(case, reactions, trace, lost(why), ended_ns, (), 0, (), log, excluded=excluded)
+        found = Execution(case, reactions, trace, lost(why), ended_ns, (), 0, (), log, excluded=excluded)
+        return replace(found, unjudged=Unjudged.NO_RUN)
 
     def options_of(self, case: Case) -> RunnerOptions:
         """Return the options of the runner for a case."""

@@ -111,7 +111,11 @@ def test_every_format_has_it_beside_the_requirement(scbm: Scbm, lamp: Path) -> N
     ran = scbm("report", "s.db", "--json", *(part for kind in kinds for part in (f"--{kind}", f"s.{kind}")))
     texts = {"json": ran.out} | {kind: Path(f"s.{kind}").read_text(encoding="utf-8") for kind in kinds}
     assert not [kind for kind, text in texts.items() if "violated by never_on-1" not in text.replace("\\", "")]
-    decided = {each["name"]: each["decision"]["status"] for each in json.loads(texts["json"])["requirements"]}
+    decided = {
+        each["name"]: each["decision"]["status"]
+        for each in json.loads(texts["json"])["requirements"]
+        if each["decision"]
+    }
     assert (decided["never_on"], decided["asked_first"], decided["stops"]) == ("violated", "holds", "holds")
     (run,) = json.loads(texts["sarif"])["runs"]
     lines = {
@@ -127,14 +131,17 @@ STUCK = """\
 behavior_model: stuck
 variables:
   lamp: {domain: [off, on], initial: off}
-  button: {domain: [up, down], initial: up, source: input}
+  button: {domain: [up, down], initial: up}
   latch: {domain: [free, set], initial: free}
 operations:
   switch: {pre: {g: lamp == off && latch == free}, post: {g: true, a: [lamp <- on]}}
   dim: {pre: {g: lamp == on && latch == free}, post: {g: true, a: [lamp <- off]}}
 automatic_transitions:
   trip: {g: button == down && latch == free, a: [latch <- set]}
-goals: {lit: lamp == on, dark: lamp == off}
+environment:
+  press: {guard: button == up, actions: [button <- down], after: 5 s}
+  pull: {guard: button == down, actions: [button <- up], after: 5 s}
+goals: {lit: {goal: lamp == on, may_end: [time_limit]}, dark: lamp == off}
 """
 
 
@@ -147,12 +154,50 @@ def test_every_report_says_that_an_answer_rests_on_a_variable_without_a_source(s
     ran = scbm("report", "s.db", "--json", *(part for kind in kinds for part in (f"--{kind}", f"s.{kind}")))
     texts |= {kind: Path(f"s.{kind}").read_text(encoding="utf-8") for kind in kinds}
     plain = {kind: re.sub(r"[`\\]|</?code>|\s+", " ", text) for kind, text in texts.items()}
-    condition = re.compile(r"holds[ \w]*, if +latch +can be changed from outside: it has no +source")
+    condition = re.compile(r"holds[: \w]*, if +latch +can be changed from outside: it has no +source")
     assert not [kind for kind, text in plain.items() if not condition.search(text)], plain
     found = {each["name"]: each["decision"] for each in json.loads(ran.out)["requirements"] if each["decision"]}
     assert (found["non_blocking"]["status"], found["non_blocking"]["undeclared"]) == ("holds", ["latch"])
     closing = json.loads(scbm("close", lamp, "--requirements", "--json").out)["requirements"]["decided"]
     assert {each["name"]: each["undeclared"] for each in closing}["non_blocking"] == ["latch"]
+
+
+PLAIN = "case: plain\ngoal: lit\n"
+CASES = {
+    "other_goals": "case: other\ngoal: latch == free && lamp == on\n",
+    "force": "case: forced\ngoal: lit\ninjections:\n  - {name: jump, at: 0 s, set: {lamp: on}}\n",
+    "limit": "case: slow\ngoal: lit\nplanning: 2 h\n",
+    "no_run": "case: never\ngoal: lit\nplanning: 5 s\nenvironment: [{at: 1 s, by: pull}]\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("runs", "why"), [("", ""), ("goals: single", "single_goals"), ("plans: drawn", "drawn_plans")]
+)
+def test_cases_that_do_not_judge_a_requirement_are_counted_by_the_reason(
+    scbm: Scbm, lamp: Path, runs: str, why: str
+) -> None:
+    lamp.write_text(STUCK + (f"runs: {{{runs}}}\n" if runs else ""), encoding="utf-8")
+    Path("cases").mkdir()
+    for name, text in {"plain": PLAIN, **CASES}.items():
+        Path(f"cases/{name}.yaml").write_text(text, encoding="utf-8")
+    tested = scbm("test", lamp, "cases", "--cases", "0", "--no-shrink", "--store", "s.db")
+    reported = scbm("report", "s.db")
+    expected = {"no_run": 1, why: 4} if why else dict.fromkeys(CASES, 1)
+    for ran in (scbm("test", lamp, "cases", "--cases", "0", "--json"), scbm("report", "s.db", "--json")):
+        (found,) = (each for each in json.loads(ran.out)["requirements"] if each["name"] == "non_blocking")
+        assert (found["cases"], found["unjudged"]) == (0 if why else 1, expected)
+    for text in (tested.out, reported.out):
+        assert ("not judged, as" if why == "single_goals" else f"checked in {0 if why else 1} case") in text
+
+
+def test_every_report_says_which_requirement_is_off_and_why(scbm: Scbm, lamp: Path) -> None:
+    scbm("test", lamp, "--cases", "1", "--store", "s.db")
+    kinds = ("html", "markdown", "junit", "sarif")
+    texts = {"report": scbm("report", "s.db", *(part for kind in kinds for part in (f"--{kind}", f"s.{kind}"))).out}
+    texts |= {kind: Path(f"s.{kind}").read_text(encoding="utf-8") for kind in kinds}
+    says = "off: the lamp may stay off"
+    assert not [kind for kind, text in texts.items() if says not in text]
 
 
 def test_a_requirement_is_explained_by_what_closing_says_of_it(scbm: Scbm, lamp: Path) -> None:

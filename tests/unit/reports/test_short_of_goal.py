@@ -96,6 +96,6 @@ def test_reports_name_the_requirements_that_are_off(history: History, wording: W
     assert history_json(history)["requirements_off"] == {}
     reasons = {"recovers": "a person clears faults"}
     off = replace(history, model=replace(history.model, requirements_off=tuple(reasons.items())))
-    (line,) = [text for line in stored_report(off, "cov.db") if "recovers (" in (text := str(line))]
+    (line,) = [text for line in stored_report(off, "cov.db") if "off:" in (text := str(line))]
     wording(line)
     assert history_json(off)["requirements_off"] == reasons

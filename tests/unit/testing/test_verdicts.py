@@ -29,7 +29,7 @@ from scbm.model import (
 )
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Simulated
-from scbm.testing import CaseResult, Excuse, Execution, FailureKind, Outcomes, Tester, judge
+from scbm.testing import CaseResult, Excuse, Execution, FailureKind, Outcomes, Tester, Unjudged, judge
 from support.models import scan_cell
 from support.wording import Wording
 
@@ -220,7 +220,7 @@ def test_a_case_that_was_lost_failed_and_nothing_is_known_of_it(wording: Wording
     wording(failure)
     assert (lost.verdict.end, lost.verdict.passed) == (End.LOST, False)
     assert (lost.trace.records, lost.reactions, lost.ended_ns, lost.visited, lost.unused) == ((), (), 0, 0, ())
-    assert lost.result == CaseResult(case, 0, lost.verdict, 0, 0)
+    assert lost.result == CaseResult(case, 0, lost.verdict, 0, 0, unjudged=Unjudged.NO_RUN)
 
 
 def test_no_case_can_expect_to_be_lost(wording: Wording) -> None:

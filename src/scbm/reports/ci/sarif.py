@@ -187,6 +187,7 @@ _REQUIREMENT_KINDS = {
     RequirementStatus.HOLDS_PLANNER: ("pass", "none"),
     RequirementStatus.VIOLATED: ("fail", "error"),
     RequirementStatus.CASES_ONLY: ("informational", "none"),
+    RequirementStatus.OFF: ("notApplicable", "none"),
 }
 """The kind and the level of a result about a requirement; any other one is open."""
 
@@ -194,16 +195,17 @@ _REQUIREMENT_KINDS = {
 def _requirement_results(history: History, places: Places) -> Iterator[dict[str, Any]]:
     """Yield a result for each decided requirement, at its line: how many cases check it, and what closing says."""
     for each in history.requirements:
-        if each.decision is None:
+        if each.decision is None and not each.off:
             continue
-        kind, level = _REQUIREMENT_KINDS.get(each.decision.status, ("open", "none"))
+        status = RequirementStatus.OFF if each.decision is None else each.decision.status
+        kind, level = _REQUIREMENT_KINDS.get(status, ("open", "none"))
         place, _ = places.find(("behavior_model",) if each.is_built_in else ("requirements", each.name))
         fingerprint = sha256(f"{_REQUIREMENT}\0{each.is_built_in}\0{each.name}".encode()).hexdigest()[:16]
         yield {
             "ruleId": _REQUIREMENT,
             "kind": kind,
             "level": level,
-            "message": {"text": f"{each.name} is {each.words}: {each.decision.reason}"},
+            "message": {"text": f"{each.name} is {each.long_words}"},
             "locations": [{"physicalLocation": region_of(place)}],
             "partialFingerprints": {"scbmCause/v1": fingerprint, "primaryLocationLineHash": f"{fingerprint}:1"},
         }
@@ -216,7 +218,7 @@ def _rules(history: History) -> list[dict[str, Any]]:
         rules += [_status_rule(rule, *words) for rule, words in _STATUS_RULES.items()]
     if history.hazards:
         rules.append(_status_rule(_HAZARD, *_HAZARD_WORDS))
-    if history.decisions:
+    if history.decisions or history.model.requirements_off:
         sentence = "Cases check it, and `scbm close --requirements --store` decides it in all runs."
         rules.append(_status_rule(_REQUIREMENT, "What is known of a requirement", sentence))
     return rules

@@ -23,7 +23,6 @@ from scbm.reports.figure_table import (
     hazard_lines,
     missed_table,
     requirement_lines,
-    requirements_off_lines,
     short_of_goal_in_words,
     verdict_lines,
     wrapped,
@@ -166,10 +165,10 @@ def coverage_report(
     yield Text(f"  Testing duration: {duration}, {_cases(result)}")
     yield from verdict_lines(campaign.count, campaign.failed_count)
     yield from _short_of_goal(campaign)
-    yield from requirement_lines(result.requirements, columns)
-    yield from requirements_off_lines(campaign.model, columns)
     yield from _early(result)
     yield from _forecast(result)
+    shown = result.requirements if result.store is not None else [r for r in result.requirements if r.is_notable]
+    yield from requirement_lines(shown, columns)
     yield Text()
     yield from figures(coverage, columns)
     yield from _driver_lines(result, columns)

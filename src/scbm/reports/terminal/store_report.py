@@ -20,7 +20,6 @@ from scbm.reports.figure_table import (
     hazard_lines,
     missed_table,
     requirement_lines,
-    requirements_off_lines,
     short_of_goal_in_words,
     verdict_lines,
     wrapped,
@@ -172,7 +171,6 @@ def stored_report(
     if short:
         yield Text(f"  Passed short of the goal: {short}")
     yield from requirement_lines(history.requirements, columns)
-    yield from requirements_off_lines(history.model, columns)
     for place in place_counts(history):
         yield Text(f"  Over nodes: {place}")
     yield from _excluded(history, columns)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scbm.running.simulation.device_hazards import Hazard
-    from scbm.testing.verdicts import Excuse, Failure, Verdict
+    from scbm.testing.verdicts import Excuse, Failure, Unjudged, Verdict
 
 _Counted = TypeVar("_Counted")
 _Counts: TypeAlias = "tuple[tuple[_Counted, int], ...]"
@@ -53,6 +53,7 @@ class CaseOutcome(NamedTuple):
         forced: of the visited obligations those that it visited only after its state was forced, as bits.
         excluded: over nodes the number of values that drivers sent and the model excludes.
         hazards: in a simulation what devices did and the controller did not know.
+        unjudged: why `non_blocking` does not judge the case; `None` if it does, or is switched off.
     """
 
     position: int
@@ -64,6 +65,7 @@ class CaseOutcome(NamedTuple):
     forced: int = 0
     excluded: int = 0
     hazards: tuple[Hazard, ...] = ()
+    unjudged: Unjudged | None = None
 
 
 class FailureCause(Struct, frozen=True):
@@ -107,6 +109,7 @@ class BatchSummary(Struct, frozen=True):
         short_count: how many cases passed although they missed a goal.
         hazards: position and hazard of the first ten hazards at devices.
         hazard_count: how many there are.
+        unjudged: how many cases `non_blocking` does not judge for which reason, in the order of the first case of each.
     """
 
     written: int = 0
@@ -127,6 +130,7 @@ class BatchSummary(Struct, frozen=True):
     short_count: int = 0
     hazards: tuple[tuple[int, Hazard], ...] = ()
     hazard_count: int = 0
+    unjudged: tuple[tuple[Unjudged, int], ...] = ()
 
     @property
     def last(self) -> int:
@@ -190,6 +194,7 @@ def merge(left: BatchSummary, right: BatchSummary) -> BatchSummary:
         left.short_count + right.short_count,
         (*left.hazards, *right.hazards)[:MAX_HAZARDS],
         left.hazard_count + right.hazard_count,
+        _added(left.unjudged, right.unjudged),
     )
     is_short = merged.last - merged.written <= MAX_LISTED and left.is_whole and right.is_whole
     return merged if is_short else merged.notable()
@@ -254,6 +259,7 @@ class SummaryBuilder(Struct):
     _failed: list[int] = field(default_factory=list)
     _unused: list[tuple[int, str]] = field(default_factory=list)
     _hazards: list[tuple[int, Hazard]] = field(default_factory=list)
+    _unjudged: dict[Unjudged, int] = field(default_factory=dict)
     _outcomes: list[CaseOutcome] = field(default_factory=list)
     _count: int = 0
 
@@ -270,6 +276,8 @@ class SummaryBuilder(Struct):
                 self._short[excuse] = self._short.get(excuse, 0) + 1
         self._sets[visited] = self._sets.get(visited, 0) + 1
         self._unused += [(outcome.position, sentence) for sentence in outcome.unused]
+        if outcome.unjudged is not None:
+            self._unjudged[outcome.unjudged] = self._unjudged.get(outcome.unjudged, 0) + 1
         self._hazards += [(outcome.position, hazard) for hazard in outcome.hazards]
         is_new = bool(visited & ~self._union)
         if is_new:
@@ -303,6 +311,7 @@ class SummaryBuilder(Struct):
             self._short_count,
             tuple(self._hazards[:MAX_HAZARDS]),
             len(self._hazards),
+            tuple(self._unjudged.items()),
         )
         return built if self.lists_all else built.notable()
 

@@ -26,6 +26,7 @@ from scbm.running.untimed.situations import (
 )
 from scbm.testing.continuations.continued_runs import MOST_SITUATIONS, ContinuedRuns, SearchTooLongError
 from scbm.testing.requirement_monitors import LIMIT_WORDS
+from scbm.testing.verdicts import Unjudged
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -92,11 +93,14 @@ class ReachableGoals:
         self._open: dict[int, tuple[bool] | None] = {}
 
     @property
-    def are_judged(self) -> bool:
-        """Whether the model has a rule about goals that follow each other, and plans that a search can follow."""
+    def unjudged(self) -> Unjudged | None:
+        """Why no case of the model is judged; `None` if its goals follow each other, and a search can follow plans."""
         model, planner = self._model, PLANNERS[self._model.planner.name or DEFAULT_PLANNER]
-        is_sequence = model.runs.goals is GoalOrder.SEQUENCE
-        return is_sequence and model.runs.plans is not RunPlans.DRAWN and not planner.is_external
+        if model.runs.goals is not GoalOrder.SEQUENCE:
+            return Unjudged.SINGLE_GOALS
+        if model.runs.plans is RunPlans.DRAWN:
+            return Unjudged.DRAWN_PLANS
+        return Unjudged.EXTERNAL_PLANNER if planner.is_external else None
 
     def lost_after(self, state: Mapping[str, Value]) -> LostGoals | None:
         """Return the goals that no run reaches from a state at rest on, though plain runs leave them open.
