@@ -168,7 +168,6 @@ def _projected(states: Iterable[int], predicates: Sequence[Predicate], packing: 
     """Return the packed states that differ in what predicates read, in order, each with the first state that has it."""
     names = dict.fromkeys(name for predicate in predicates for name in predicate.reads())
     mask = reduce(or_, (packing[name].mask for name in names), 0)
-    found: dict[int, int] = {}
-    for state in states:
-        found.setdefault(state & mask, state)
-    return found
+    every = list(states)
+    first = dict(zip(map(mask.__and__, reversed(every)), reversed(every), strict=True))
+    return {read: first[read] for read in dict.fromkeys(map(mask.__and__, every))}

@@ -132,6 +132,7 @@ class Proofs:
         self.explored: tuple[AllRuns, ...] = ()
         self.sets: SetProofs | None = None
         self.canonical_sets: SetProofs | None = None
+        self._known: dict[tuple[Obligation, int], Proof | None] = {}
         self._model = model
         self._facts = {obligation: (fact, reason) for obligation, fact, reason in structural_facts(model)}
         self._values = possible_values(model)
@@ -151,11 +152,19 @@ class Proofs:
         """Return a proof, the strongest that there is; `None` if there is none."""
         proof = self.cheap(obligation)
         if proof is None:
-            proof = next((proof for runs in self.explored if (proof := by_runs(obligation, runs)) is not None), None)
+            found = (self._by_runs(obligation, runs) for runs in self.explored)
+            proof = next((each for each in found if each is not None), None)
         sets = self.canonical_sets
         if proof is None and sets is not None and sets.proves(obligation):
             return Proof(SetsArgument.kind, sets.reason(obligation), sets.plans)
         return proof
+
+    def _by_runs(self, obligation: Obligation, runs: AllRuns) -> Proof | None:
+        """Return the proof by exploration of all runs; memoized, as its reason looks at all of them."""
+        key = obligation, id(runs)
+        if key not in self._known:
+            self._known[key] = by_runs(obligation, runs)
+        return self._known[key]
 
     def certificates(self, proved: Sequence[tuple[Obligation, Proof]]) -> Iterator[tuple[str, Certificate]]:
         """Yield one certificate, with its name, for each argument that is needed; those of explored runs last."""

@@ -392,8 +392,7 @@ class ObservedStates:
     def _holds(self, predicate: Predicate) -> bool:
         if not self.are_known:
             return self._values.can_hold(predicate)
-        test = self._runs.program.packing.test(predicate)
-        return any(test(state) for state in self._runs.observed)
+        return any(map(self._runs.program.packing.test(predicate), self._runs.observed))
 
     def __iter__(self) -> Iterator[Mapping[str, Value]]:
         """Yield the states with all their variables; irrelevant variables have any value."""

@@ -272,20 +272,26 @@ class RunExploration:
         is_before_goal = position is None or position.goal == NO_GOAL
         nodes, targets, visits, labels = self._nodes, self._targets, self._visits, self._labels
         for label, step in self._first_steps() if position is None else steps_from(self._steps, position):
-            number, target = len(targets), step.target
-            if target is None or step.cut_off_rests or self._keeps_notes:
+            target, visited, cut_off, rests, cut_off_rests, _ = step
+            number = len(targets)
+            if cut_off_rests or len(rests) > 1 or self._keeps_notes or self._is_single:
                 gives_goal = not is_before_goal or (position is not None and not _is_outside(label))
                 self._record(label, step, NO_MORE_GOALS if self._is_single and gives_goal else NO_GOAL)
             else:  # most steps
-                targets.append(nodes.get(target) or self._node(target, number))
-                visits.append(step.visits)
+                if target is not None:
+                    targets.append(nodes.get(target) or self._node(target, number))
+                elif rests:
+                    targets.append(nodes.get(rests[0]) or self._node(self._steps[0].rest(rests[0]), number))
+                else:
+                    targets.append(-1)
+                visits.append(self._known.setdefault(visited, visited))
                 labels.append(label)
-            self._visited |= step.visits
-            if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
-                self._cut_off |= step.cut_off
-                self._cut_offs.append((node, number, step.cut_off))
+            self._visited |= visited
+            if cut_off & ~self._cut_off:  # one edge of each kind is enough
+                self._cut_off |= cut_off
+                self._cut_offs.append((node, number, cut_off))
             if self._until:
-                self._left &= ~(step.visits | step.cut_off)
+                self._left &= ~(visited | cut_off)
                 if not self._left:
                     break
         self._first.append(len(targets))

@@ -7,7 +7,7 @@ difference of its bits away. The masks of what was read are learned: each grows 
 
 from __future__ import annotations
 
-from functools import reduce
+from functools import partial, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
@@ -18,10 +18,18 @@ from scbm.model.variables import CURRENT_NAME, CURRENT_STATE
 from scbm.running.lifecycle import LIFECYCLE, guard_and_actions
 from scbm.running.micro_steps import AutomaticMove
 from scbm.running.untimed.run_steps import RunEnding, RunSteps, SettlingRun
-from scbm.running.untimed.situations import ANSWER, TIME_LIMIT, Happening, Position, RunStep, WaitsFor
+from scbm.running.untimed.situations import (
+    ANSWER,
+    TIME_LIMIT,
+    Happening,
+    HappeningKind,
+    Position,
+    RunStep,
+    WaitsFor,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
+    from collections.abc import Callable, Collection, Iterable, Iterator
 
     from scbm.cases.trace import End
     from scbm.model import Action, BehaviorModel, Predicate
@@ -33,6 +41,12 @@ Result = TypeVar("Result")
 
 _ANY_PLAN = -1
 """Stands for the queue of any plan."""
+
+
+# Half of the time that the constructor of a named tuple takes.
+_position: Callable[[tuple[int, int, tuple[int, ...], WaitsFor, int]], Position] = partial(tuple.__new__, Position)
+_step: Callable[[tuple[object, ...]], RunStep] = partial(tuple.__new__, RunStep)
+_ending: Callable[[tuple[int, tuple[int, ...]]], RunEnding] = partial(tuple.__new__, RunEnding)
 
 
 class Projection(Struct, Generic[Result]):
@@ -92,6 +106,14 @@ class Idling(NamedTuple):
     passed: tuple[int, ...]
 
 
+class _Nexts(dict[int, Happening]):
+    """The choices of the next operation by number, each made once."""
+
+    def __missing__(self, number: int) -> Happening:
+        self[number] = Happening(HappeningKind.NEXT, number=number)
+        return self[number]
+
+
 class _Event(NamedTuple):
     """An event in the states of one projection, with the turns that follow it."""
 
@@ -118,36 +140,48 @@ class ProjectedSteps(RunSteps):
         self._turns: dict[tuple[int, tuple[int, ...], bool, int | None], Projection[Turn]] = {}
         self._idlings: dict[tuple[int, tuple[int, ...], PlanState | None, int | None], Projection[Idling]] = {}
         self._known_events: dict[tuple[int, tuple[int, ...]], list[_Event]] = {}
+        self._nexts = _Nexts()
         self._turn_end: PlanState | None = None
         self._turn_livelock: RunStep | None = None
         self._is_in_turn = self._is_repeating = False
         return self
 
-    def following(self, position: Position) -> Iterator[tuple[Happening, RunStep]]:
-        """Yield everything that can happen next, in the order of `happenings`, each with the step that it starts."""
+    def following(self, position: Position) -> Iterable[tuple[Happening, RunStep]]:
+        """Return everything that can happen next, in the order of `happenings`, each with the step that it starts."""
+        if position.awaits is WaitsFor.NEXT:
+            return self._choices(position)
+        return super().following(position) if position.awaits is WaitsFor.CHANGE else self._following(position)
+
+    def _choices(self, position: Position) -> Iterator[tuple[Happening, RunStep]]:
+        for number, way in enumerate(self._queues.following(position.queue)):
+            run = self._resumed(position)
+            self._take_next(run, way)
+            yield self._nexts[number], self._settle(run)
+
+    def _following(self, position: Position) -> Iterator[tuple[Happening, RunStep]]:
         state, queue, in_flight, awaits, goal = position
-        if awaits in (WaitsFor.NEXT, WaitsFor.CHANGE):
-            yield from super().following(position)
-            return
         if awaits is not WaitsFor.NOTHING:
             yield ANSWER, self.after(position, ANSWER)
             queue = 0
+        evaluated = self.evaluated
         for happening, difference, left, timer_passed, turns in self._events_in(state, in_flight):
             after = state ^ difference
             turn = turns.known.get(after & turns.mask)
             if turn is None:
                 turn = self._new_turn(after, left, turns, timer_passed=timer_passed, settled=state)
-            self._note_evaluated(after, turn.passed)
+            evaluated[after] = None
+            for passed in turn.passed:
+                evaluated[after ^ passed] = None
             if turn.waits:
                 plan = 0 if turn.drops_plan else queue
-                target = Position(after ^ turn.difference, plan, turn.in_flight, WaitsFor.NOTHING, goal)
-                yield happening, RunStep(target, turn.visits)
+                target = _position((after ^ turn.difference, plan, turn.in_flight, WaitsFor.NOTHING, goal))
+                yield happening, _step((target, turn.visits, 0, (), (), ()))
             elif turn.end is not None:
-                ending = self._end(after ^ turn.difference, turn.in_flight, turn.end)
-                yield happening, RunStep(None, turn.visits | ending.visits, rests=ending.rests)
+                visits, rests = self._end(after ^ turn.difference, turn.in_flight, turn.end)
+                yield happening, _step((None, turn.visits | visits, 0, rests, (), ()))
             elif awaits is WaitsFor.PLAN and self._outside and turn.livelock is None:
-                target = Position(after ^ turn.difference, position.queue, turn.in_flight, awaits, goal)
-                yield happening, RunStep(target, turn.visits)
+                target = _position((after ^ turn.difference, position.queue, turn.in_flight, awaits, goal))
+                yield happening, _step((target, turn.visits, 0, (), (), ()))
             else:
                 run = self._resumed(position)
                 run.state = after
@@ -161,7 +195,7 @@ class ProjectedSteps(RunSteps):
         for change in self._events_in(rest.state, ()):
             after = rest.state ^ change.difference
             visits, rests = self._settled(after, (after & self._reads.control, (), None, change.difference))
-            yield change.happening, RunStep(None, visits, rests=rests)
+            yield change.happening, _step((None, visits, 0, rests, (), ()))
 
     def _events_in(self, state: int, in_flight: tuple[int, ...]) -> list[_Event]:
         """Return the events that are possible in a state, but for those of the planner and limits."""
@@ -273,14 +307,12 @@ class ProjectedSteps(RunSteps):
         if not self._is_sequence:
             return super()._end(state, in_flight, plan_state)
         settled = None if self._is_repeating else 0
-        return RunEnding(*self._settled(state, (state & self._reads.control, in_flight, plan_state, settled)))
+        return self._settled(state, (state & self._reads.control, in_flight, plan_state, settled))
 
     def _idle(self, state: int) -> tuple[int, tuple[int, ...]]:
         return self._settled(state, (state & self._reads.control, (), None, None))
 
-    def _settled(
-        self, state: int, key: tuple[int, tuple[int, ...], PlanState | None, int | None]
-    ) -> tuple[int, tuple[int, ...]]:
+    def _settled(self, state: int, key: tuple[int, tuple[int, ...], PlanState | None, int | None]) -> RunEnding:
         """Return what is visited until the runner is settled at rest, and its state then.
 
         Args:
@@ -303,7 +335,7 @@ class ProjectedSteps(RunSteps):
             idlings.add(state, read, idling)
         for difference in idling.passed:
             self.evaluated[state ^ difference] = None
-        return idling.visits, () if idling.difference is None else (state ^ idling.difference,)
+        return _ending((idling.visits, () if idling.difference is None else (state ^ idling.difference,)))
 
 
 class _Collected(Struct):

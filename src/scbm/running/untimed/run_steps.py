@@ -218,7 +218,7 @@ class RunSteps:
         self._queued = tuple(visits.bit(name, Aspect.QUEUED) for name in program.operations)
         self._queued_in: dict[int, int] = {}
         self._questions: dict[int, _PlanQuestion] = {}
-        self._answered_steps: dict[int, RunStep] = {}
+        self._answered_steps: dict[int | tuple[int, ...], RunStep] = {}
         self._known_changes: dict[Happening, Happening] = {}
         self._requests_of: dict[tuple[int, ...], tuple[RequestLine, ...]] = {(): ()}
         self._rest_visits = RestVisits(self._outside, self._idle)
@@ -282,7 +282,7 @@ class RunSteps:
         if self._is_sequence or self._end(position.state, position.in_flight, PlanState.ABORTED).visits:
             yield TIME_LIMIT  # it ends the run; of interest only if something follows the end
 
-    def following(self, position: Position) -> Iterator[tuple[Happening, RunStep]]:
+    def following(self, position: Position) -> Iterable[tuple[Happening, RunStep]]:
         """Yield everything that can happen next, in the order of `happenings`, each with the step that it starts."""
         for happening in self.happenings(position):
             yield happening, self.after(position, happening)
@@ -452,16 +452,17 @@ class RunSteps:
         run.asked = self._question_from(run.state)
 
     def _answered_at_once(self, run: SettlingRun) -> RunStep | None:
-        """Return the step if nothing but the answer can follow the request for a plan; memoized.
+        """Return the step that a request for a plan leads to, with the answer if nothing else can be first; memoized.
 
         Many runs request a plan in the same state. `None` if the micro-steps have to be taken one by one.
         """
-        if run.in_flight or self._outside or run.answered or run.unsolvable_in is not None:
+        if run.answered or run.unsolvable_in is not None:
             return None
-        known = self._answered_steps.get(run.state)
+        key = (run.state, *run.in_flight) if run.in_flight else run.state
+        known = self._answered_steps.get(key)
         if known is None:
-            known = self._settle(SettlingRun(run.state, 0, (), run.asked, goal=self._number, settled=run.settled))
-            self._answered_steps[run.state] = known
+            asking = SettlingRun(run.state, 0, run.in_flight, run.asked, goal=self._number, settled=run.settled)
+            known = self._answered_steps[key] = self._settle(asking)
         target, visits, cut_off, rests, cut_off_rests, _ = known
         visits, cut_off = run.visits | visits, run.cut_off | cut_off
         return RunStep(target, visits, cut_off, rests, run.cut_off_rests + cut_off_rests)
