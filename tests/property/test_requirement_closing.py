@@ -26,7 +26,7 @@ NUMBERS = [7, 2, *(number for number in range(30) if number not in (2, 4, 7, 10)
 USUAL = 1
 MUTANTS = 2
 LIMITS = CloseLimits(situations=3_000, candidates=20)
-HOLDS, VIOLATED = RequirementStatus.HOLDS, RequirementStatus.VIOLATED
+VIOLATED = RequirementStatus.VIOLATED
 
 
 def model_of(number: int) -> BehaviorModel:
@@ -71,7 +71,7 @@ def test_what_holds_is_violated_by_no_run_and_what_is_violated_has_a_case(number
     for model in (original, *(mutant.model for mutant in few)):
         closer = RequirementCloser(model, LIMITS, lambda _: None)
         decisions = closer.decide(Campaign.of(model, ()), closing_of(model))
-        holds = [each.name for each in decisions.decided if each.status is HOLDS]
+        holds = [each.name for each in decisions.decided if each.holds]
         for execution in runs_of(model):
             assert not [name for name in violated_in(execution) if name in holds], execution.case
         for each in decisions.decided:

@@ -51,7 +51,7 @@ _NOT_JUDGED = "a run with canonical plans violates it, and cases with drawn plan
 _UNKNOWN_HELP = "a run waits, and the search was too long whether a change from outside leads it to its goal"
 _INTERRUPTED = "closing was interrupted"
 _IN_TIME = "recovers: a reply that comes is as fast as in the simulation, and no limit of time or plans ends the run."
-_NO_LIMITS = "non_blocking: no limit of time or plans ends a run before."
+_NO_LIMITS = "non_blocking: no limit of time or plans ends a run before, and the planner {} plans what follows."
 _OF_DEVICES = "proofs know nothing of the work of devices"
 _SINGLE_GOALS = "each run has one goal, so nothing follows it"
 
@@ -85,7 +85,7 @@ class RequirementCloser:
         self._open: dict[str, tuple[str, str | None]] = {}
         self._situations = 0
         self._is_any_waiting = self._is_any_livelocked = self._is_interrupted = False
-        self._blocks_under_other_plans = False
+        self._only_canonical: list[str] = []
         self._undeclared = undeclared(model)
         self._rest_on_undeclared: list[str] = []
         self._proved: dict[RequirementKey, AllRuns] = {}
@@ -116,7 +116,7 @@ class RequirementCloser:
         if self._cases.tester.planner.name != DEFAULT_PLANNER:
             decided = [_with_its_planner(each) for each in decided]
         holds = any(each.holds for each in decided) and self._situations > 0
-        assumed = tuple(self._assumptions(asked)) if holds else ()
+        assumed = tuple(self._assumptions(asked, [each for each in decided if each.holds])) if holds else ()
         certificates = tuple(self._certificates(decided))
         proofs = {claim: name for name, certificate in certificates for claim in certificate.claims}
         certified = tuple(replace(each, certificate=proofs.get(claim_of(_key(each)))) for each in decided)
@@ -187,12 +187,31 @@ class RequirementCloser:
                 self._open[name] = why_incomplete(runs)
             else:
                 self._proved[RequirementKey(name, is_built_in=True)] = runs
+        self._judge_requests_of_any_plans(runs, monitor, [name for name in asked if name not in self._open])
         wanted = [key for name in violated if (key := RequirementKey(name, is_built_in=True)) not in self._cases]
         if wanted:
             shown = self._with_canonical_plans(runs)
             search = ViolationSearch(shown, monitor, BESIDE * self._limits.situations)
             self._cases.try_walks(shown, search.walks(tuple(key.name for key in wanted)), wanted)
             self._cases.try_random(wanted)
+
+    def _judge_requests_of_any_plans(self, runs: AllRuns, monitor: RequestMonitor, held: Sequence[str]) -> None:
+        """Decide whether runs with any plans satisfy what those with canonical plans do."""
+        others = self._sentences.with_any_plans(runs) if held else None
+        search = None if others is None else ViolationSearch(others, monitor, BESIDE * self._limits.situations)
+        violated = () if search is None else search.violated()
+        for name in held:
+            if others is None or search is None or not search.is_complete or name in violated:
+                self._only_canonical.append(name)
+            else:
+                self._proved[RequirementKey(name, is_built_in=True)] = others
+
+    def _recovers_with_any_plans(self, runs: AllRuns) -> bool:
+        others = self._sentences.with_any_plans(runs)
+        if others is None or others.stopped is not None:
+            return False
+        search = RecoverySearch(others, BESIDE * self._limits.situations)
+        return not search.missed() and search.is_complete and not search.is_any_unknown
 
     def _judge_recovery(self, runs: AllRuns) -> None:
         self._progress("following the runs with one failed or missing reply")
@@ -206,8 +225,11 @@ class RequirementCloser:
             self._open[name] = why_incomplete(runs)
         elif search.is_any_unknown:
             self._open[name] = (_UNKNOWN_HELP, None)
-        elif self._undeclared and RecoverySearch(runs, BESIDE * self._limits.situations, self._undeclared).missed():
-            self._rest_on_undeclared.append(name)
+        else:
+            if self._undeclared and RecoverySearch(runs, BESIDE * self._limits.situations, self._undeclared).missed():
+                self._rest_on_undeclared.append(name)
+            if not self._recovers_with_any_plans(runs):
+                self._only_canonical.append(name)
         self._is_any_waiting, self._is_any_livelocked = search.is_any_waiting, search.is_any_livelocked
         if missed and key not in self._cases:
             shown = self._with_canonical_plans(runs)
@@ -240,7 +262,8 @@ class RequirementCloser:
                 self._rest_on_undeclared.append(name)
             is_certified = canonical.proves and not is_drawn  # the checker knows continuations of canonical plans alone
             self._continued = search if is_certified else None
-            self._blocks_under_other_plans = not self._sentences.leaves_behind_no_more(search.rests, canonical)
+            if not self._sentences.leaves_behind_no_more(search.rests, canonical):
+                self._only_canonical.append(name)
 
     def _with_canonical_plans(self, runs: AllRuns) -> AllRuns:
         """Return the runs that cases can follow: those of cases have canonical plans."""
@@ -264,7 +287,7 @@ class RequirementCloser:
         if name in self._open:
             reason, option = self._open[name]
             return DecidedRequirement(name, RequirementStatus.UNDECIDED, reason, option=option)
-        is_canonical = name == BuiltIn.NON_BLOCKING.value and self._blocks_under_other_plans
+        is_canonical = name in self._only_canonical
         status = RequirementStatus.HOLDS_CANONICAL if is_canonical else RequirementStatus.HOLDS
         rests_on = self._undeclared if name in self._rest_on_undeclared else ()
         return DecidedRequirement(name, status, self._where(name), undeclared=rests_on)
@@ -283,13 +306,18 @@ class RequirementCloser:
             return "in all runs in which nothing changes from outside"
         return "in all runs"
 
-    def _assumptions(self, asked: Sequence[str]) -> Iterator[str]:
+    def _assumptions(self, asked: Sequence[str], held: Sequence[DecidedRequirement]) -> Iterator[str]:
         planner = self._cases.tester.planner.name
-        yield from assumptions(self._model, (Decision.EXCLUDED,), planner=planner)
+        of_any_plans = [each for each in held if each.status is RequirementStatus.HOLDS]
+        yield from assumptions(
+            self._model, (Decision.UNCOVERABLE if of_any_plans else Decision.EXCLUDED,), planner=planner
+        )
+        if of_any_plans and len(of_any_plans) < len(held):
+            yield f"Where an answer says under which plans it holds, plans are those of the planner {planner}."
         if BuiltIn.RECOVERS.value in asked and self._model.resources:
             yield _IN_TIME
         if BuiltIn.NON_BLOCKING.value in asked:
-            yield _NO_LIMITS
+            yield _NO_LIMITS.format(planner)
 
 
 def _with_its_planner(decided: DecidedRequirement) -> DecidedRequirement:

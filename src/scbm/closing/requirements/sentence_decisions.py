@@ -113,7 +113,7 @@ class SentenceDecisions:
 
     def leaves_behind_no_more(self, rests: Mapping[int, None], runs: AllRuns) -> bool:
         """Return whether histories with any plans leave no other states at rest behind than canonical plans do."""
-        others = self._with_any_plans(runs)
+        others = self.with_any_plans(runs)
         if others is None or others.stopped is not None:
             return False
         return all(rest in rests for rest in BlockingSearch(others).rests)
@@ -127,7 +127,7 @@ class SentenceDecisions:
         for requirement in requirements:
             self._answers[requirement.name] = self._decided_in(runs, requirement)
         held = [each for each in requirements if self._answers[each.name].status is RequirementStatus.HOLDS]
-        others = self._with_any_plans(runs) if held else None
+        others = self.with_any_plans(runs) if held else None
         for requirement in held:
             proves = others
             if others is None or self._answer(others, requirement).status is not RequirementStatus.HOLDS:
@@ -136,16 +136,16 @@ class SentenceDecisions:
             if proves is not None and requirement.sentence.is_safety:
                 self.proved[RequirementKey(requirement.name)] = proves
 
-    def _with_any_plans(self, runs: AllRuns) -> AllRuns | None:
+    def with_any_plans(self, runs: AllRuns) -> AllRuns | None:
         """Return the same runs with any plans; `None` if they are too many, as canonical plans are some of them."""
         if runs.plans is PlanSet.ANY:
             return runs
-        if self._any_plans is not None and self._any_plans.scope.watched == runs.scope.watched:
+        scope = replace(runs.scope, plans=PlanSet.ANY)
+        if self._any_plans is not None and self._any_plans.scope == scope:
             return self._any_plans
         most = self._limits.situations // _SHARE_OF_ANY_PLANS
         if runs.situations > most or runs.other_planner is not None:
             return None
-        scope = replace(runs.scope, plans=PlanSet.ANY)
         self._any_plans = self._explore(scope, replace(self._limits, situations=most))
         return self._any_plans
 
