@@ -358,7 +358,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _latch_words(latch: Sequence[str], state: Mapping[str, Value]) -> str:
     if not latch:
-        return "whatever follows; no variable that keeps its value explains this alone"
+        return "whatever follows; no variables that keep their values explain it"
     kept = " and ".join(f"{name} == {format_value(state[name])}" for name in latch)
     return f"as nothing that can follow changes {kept}: let a transition reset {' and '.join(latch)}"
 

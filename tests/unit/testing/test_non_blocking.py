@@ -101,6 +101,21 @@ def test_of_equally_small_latches_the_one_that_no_transition_resets_is_named() -
     assert "preempt == asked: let a transition reset preempt" in violation.reason
 
 
+def test_a_latch_of_four_variables_is_named_without_what_is_not_needed() -> None:
+    names = ("a", "b", "c", "d", "e")
+    variables = "".join(f"  {each}: {{domain: bool, initial: false, source: state}}\n" for each in names)
+    sets = "".join(f", {each} <- true" for each in names)
+    needs = "".join(f" && {each} == false" for each in names if each != "c")
+    model = model_of(
+        ("variables:\n", f"variables:\n{variables}"),
+        ("[preempt <- asked]", f"[preempt <- asked{sets}]"),
+        ("guard: item ==", f"guard: (c == true || c == false){needs} && item =="),
+        FORGETS,
+    )
+    violation = next(each for each in failing(model)[0].violations if each.requirement == "non_blocking")
+    assert [name for name, _ in violation.values] == ["a", "b", "d", "e"]
+
+
 @pytest.mark.parametrize("name", [pytest.param("dual_cnc", marks=pytest.mark.longer), "gripper", "packml", "delivery"])
 def test_a_latch_seeded_in_an_example_is_found_with_the_smallest_history(name: str) -> None:
     model = with_latch(load_model(EXAMPLES / name / "cell.yaml"))

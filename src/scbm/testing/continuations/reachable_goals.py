@@ -49,7 +49,7 @@ _MOST_RESTS = 5
 """Maximum number of states at rest in which a set of variables is tried."""
 
 _LARGEST_LATCH = 3
-"""Maximum number of variables of a latch; a larger set explains little."""
+"""Maximum number of variables of a latch that is found by trying sets, the smallest first."""
 
 
 _TOO_LARGE = (SearchTooLongError, PlanningTooLargeError, TooManyRepliesError, TooManyRestsError)
@@ -67,7 +67,7 @@ class LostGoals(NamedTuple):
     Attributes:
         goals: their names.
         latch: the smallest set of variables that nothing changes any more and whose initial values would make the first
-            of the goals reachable; empty if no such set was found.
+            of the goals reachable; of more than three variables one that needs each of them; empty if there is none.
     """
 
     goals: tuple[str, ...]
@@ -224,17 +224,26 @@ class ReachableGoals:
     # what keeps a goal from being reached
 
     def _latch(self, rest: int, goal: int, reached: _ReachMemory) -> tuple[str, ...]:
-        """Return the smallest set of variables that nothing changes, and whose initial values open the goal again.
+        """Return a smallest set of variables that nothing changes, and whose initial values open the goal again.
 
         They are set in a state at rest that can follow: where a stop is still pressed, its latch would be set at once.
         """
         positions = self._continued(rest, goal, reached) or {}
         kept = self._kept_away(positions)
         sets = chain.from_iterable(combinations(kept, size) for size in range(1, _LARGEST_LATCH + 1))
-        tried = ((names, state) for names in sets for state in self._nearest_rests(positions))
-        return next(
-            (names for names, state in islice(tried, _MOST_TRIED) if self._opens(state, goal, names, reached)), ()
-        )
+        rests = self._nearest_rests(positions)
+        tried = ((names, state) for names in sets for state in rests)
+        found = (names for names, state in islice(tried, _MOST_TRIED) if self._opens(state, goal, names, reached))
+        return next(found, None) or self._needed(kept, rests, goal, reached)
+
+    def _needed(self, kept: Sequence[str], rests: Sequence[int], goal: int, reached: _ReachMemory) -> tuple[str, ...]:
+        """Return variables of which each is needed to open a goal in a state at rest; none if all do not open it."""
+        rest = next((each for each in rests if self._opens(each, goal, kept, reached)), None)
+        needed = list(kept) if rest is not None else []
+        for name in reversed(needed):
+            others = [each for each in needed if each != name]
+            needed = others if rest is not None and self._opens(rest, goal, others, reached) else needed
+        return tuple(needed)
 
     def _nearest_rests(self, positions: Mapping[Position, None]) -> list[int]:
         """Return the states at rest among positions with the fewest variables away from their initial values."""
