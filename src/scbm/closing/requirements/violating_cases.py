@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 _SEED = 1
 
+MOST_RANDOM_RECORDS = 50_000
+"""Maximum number of records of all random cases that are tried at once: a second or two, also if runs take hours."""
+
 
 class RequirementKey(NamedTuple):
     """What identifies a requirement: a built-in one may be called as one of the user."""
@@ -146,19 +149,21 @@ class ViolatingCases:
                     self.keep(bounded(self.tester, self._with_extra(case)))
 
     def try_random(self, keys: Iterable[RequirementKey]) -> None:
-        """Run random cases until one violates each requirement."""
-        wanted = tuple(keys)
+        """Run random cases until one violates each requirement, or they have many records."""
+        wanted, left = tuple(keys), MOST_RANDOM_RECORDS
         if self.tester.planner.entry.is_external:
             return
         random = RandomCases(self._model, goals=most_goals(self._model))
         for number in range(1, self._most + 1):
-            if all(key in self._found for key in wanted):
+            if all(key in self._found for key in wanted) or left <= 0:
                 return
             try:
                 case = random.case(_SEED, number)
             except InputError:
                 return  # no combination of random values is allowed
-            self.keep(bounded(self.tester, self._with_extra(case)))
+            execution = bounded(self.tester, self._with_extra(case), left)
+            left -= left if execution is None else len(execution.trace.records)
+            self.keep(execution)
 
     def smallest(self, key: RequirementKey, taken: list[str]) -> tuple[Execution, bool]:
         """Return a run that violates a requirement, and whether it is new: then it is small, and has a new name."""

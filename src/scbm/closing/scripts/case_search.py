@@ -213,19 +213,19 @@ class CaseSearch:
                 self._take(self.guided_path(obligation, bit))
 
 
-def bounded(tester: Tester, case: Case) -> Execution | None:
-    """Return the run of a case; `None` if it has more records than a test should have.
+def bounded(tester: Tester, case: Case, most: int = _MAX_RECORDS) -> Execution | None:
+    """Return the run of a case; `None` if it has more than `most` records, by default those that a test should have.
 
     A run that asks for a plan that the source of plans refuses ends there: its case gets a limit of plans. `None` if
     even the first plan is refused.
     """
     try:
-        return tester.execute(case, _MAX_RECORDS)
+        return tester.execute(case, most)
     except TooLongError:
         return None
     except UnplannedError as error:
         plans = error.plans
-    return bounded(tester, replace(case, limits=replace(case.limits, plans=plans))) if plans else None
+    return bounded(tester, replace(case, limits=replace(case.limits, plans=plans)), most) if plans else None
 
 
 def without_leftovers(execution: Execution, tester: Tester) -> Execution:

@@ -11,13 +11,14 @@ from scbm.cases import Case, CaseLimits, OutcomeRule
 from scbm.cases.trace import End
 from scbm.closing import CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, RequirementStatus
+from scbm.closing.requirements import violating_cases
 from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.closing.requirements.violating_cases import RequirementKey, ViolatingCases
 from scbm.files import Scope, load_model, parse_requirement, read_case, read_model, write_case
 from scbm.model import BehaviorModel, GoalOrder, Outcome, Requirement, RunPlans, RunsDeclaration
 from scbm.proofcheck import check_certificate
 from scbm.running.micro_steps import MicroStep, MicroSteps
-from scbm.testing import Campaign, FailureKind, RandomCases, Tester
+from scbm.testing import Campaign, Execution, FailureKind, RandomCases, Tester
 from scbm.testing.continuations import waiting_runs
 from scbm.testing.shrinking.case_sizes import size_of
 from support.closings import closing_of
@@ -299,10 +300,43 @@ goals:
 """
 
 
+SLOW_AND_OPEN = """
+behavior_model: slow_and_open
+variables:
+  light: {domain: [red, green], initial: green}
+  done: {domain: bool, initial: false}
+resources: {arm: {}}
+environment:
+  flicker: {guard: light == green, actions: [light <- red], after: 1 s}
+  again: {guard: light == red, actions: [light <- green], after: 1 s}
+operations:
+  work: {request: arm, guard: done == false, pre: {gr: light == green && light == red}, effects: [done <- true]}
+goals: {done: done == true}
+"""
+
+
 def test_a_run_that_replies_may_keep_going_round_is_open(wording: Wording) -> None:
     found = decided(decide(read_model(LOOKS_AGAIN), CloseLimits(candidates=0)), "recovers")
     assert found.status is UNDECIDED
     wording(found.reason)
+
+
+def test_random_cases_that_take_hours_are_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    records: list[int] = []
+    execute = Tester.execute
+
+    def counted(self: Tester, case: Case, most: int | None = None) -> Execution:
+        execution = execute(self, case, most)
+        records.append(len(execution.trace.records))
+        return execution
+
+    model = read_model(SLOW_AND_OPEN)
+    found = ViolatingCases(model, (), 100, lambda _: None)
+    monkeypatch.setattr(Tester, "execute", counted)
+    monkeypatch.setattr(violating_cases, "MOST_RANDOM_RECORDS", 20_000)
+    found.try_random((RequirementKey("recovers", is_built_in=True),))
+    assert sum(records) <= 20_000
+    assert 0 < len(records) < 100
 
 
 def test_an_end_that_the_model_allows_is_no_violation() -> None:
