@@ -186,6 +186,7 @@ class LiftedScope(Struct, frozen=True):
         kinds: their types, for messages.
         part_file: the file of the part where the text stands; `None` in a model.
         misses_parameters: whether the parameters of the entry could not be read, so that an unknown word may be one.
+        may_be_unread: whether parameters are missing, or the type of one could not be read or does not exist.
     """
 
     names: LiftedNames
@@ -193,11 +194,14 @@ class LiftedScope(Struct, frozen=True):
     kinds: Mapping[str, str] = field(default_factory=dict)
     part_file: str | None = None
     misses_parameters: bool = False
+    may_be_unread: bool = False
 
     def with_parameters(self, kinds: Mapping[str, str]) -> LiftedScope:
         """Return the scope within a quantifier, or within a lifted entry."""
         objects = {name: self.names.facts.objects(kind) for name, kind in kinds.items()}
-        return replace(self, parameters={**self.parameters, **objects}, kinds={**self.kinds, **kinds})
+        may_be_unread = self.may_be_unread or any(kind not in self.names.facts.types for kind in kinds.values())
+        parameters, kinds = {**self.parameters, **objects}, {**self.kinds, **kinds}
+        return replace(self, parameters=parameters, kinds=kinds, may_be_unread=may_be_unread)
 
     def hidden_by(self, name: str) -> str | None:
         """Return what a parameter of this name would hide: an object or a variable; `None` if it hides neither.

@@ -158,7 +158,8 @@ class LiftedReader:
         noted, formula = self._noted, self._part(tree)
         hides = formula.is_static or not isinstance(formula, CompoundFormula) or formula.is_empty
         is_wrong = self._noted > noted and hides
-        return UndecidedFormula(tree) if is_wrong or any(map(self._scope.is_unread, formula.parameters)) else formula
+        is_unread = self._scope.may_be_unread and any(map(self._scope.is_unread, formula.parameters))
+        return UndecidedFormula(tree) if is_wrong or is_unread else formula
 
     def _part(self, tree: SyntaxTree) -> Formula:
         if tree.data == "predicate":
@@ -518,7 +519,8 @@ class LiftedReader:
     def _slot(self, token: LiftedToken) -> NameSlot | None:
         """Return the slot of a name that depends on the choice; `None` for other names, and after an error."""
         slot = self._slot_of_choice(token)
-        if any(map(self._scope.is_unread, (token.text,) if slot is None else slot.parameters)):
+        words = (token.text,) if slot is None else slot.parameters
+        if self._scope.may_be_unread and any(map(self._scope.is_unread, words)):
             self._note(Slug.UNKNOWN_OBJECT, "", token.begin, token.end)
             return None
         return slot

@@ -145,7 +145,7 @@ class _ObjectStage:
             key = lifted_key(entry.key, entry.place, scope, self._report, is_named=is_named)
             parameters = {} if key is None else key.parameters
             if key is None or not key.is_right or not self._has_name(section, entry, key):
-                scope = scope if key is not None else replace(scope, misses_parameters=True)
+                scope = scope if key is not None else replace(scope, misses_parameters=True, may_be_unread=True)
                 key = self._unnamed_key(section, entry, key)
             last = last_line(entry.node)
             self._report.fold_lines(entry.place, last)
