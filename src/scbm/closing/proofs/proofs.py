@@ -378,7 +378,11 @@ def _explored(  # noqa: PLR0913, PLR0917 - as above
     may_go_on: bool = False,
 ) -> AllRuns:
     """Return the runs within limits: all that follow `few`, if these were explored."""
-    runs = few.within(limits) if few else AllRuns(model, limits, progress, scope, until=missing, may_go_on=may_go_on)
+    if few is not None:
+        runs = few.within(limits, only_proves=True)
+    else:
+        only_proves = not may_go_on
+        runs = AllRuns(model, limits, progress, scope, until=missing, may_go_on=may_go_on, only_proves=only_proves)
     if runs.is_interrupted:
         raise KeyboardInterrupt
     return runs

@@ -167,7 +167,7 @@ class RequirementCloser:
                 self._open[name] = ("only verdicts of cases decide it", None)
 
     def _explored(self, scope: RunScope, limits: CloseLimits | None = None) -> AllRuns:
-        runs = AllRuns(self._model, limits or self._limits, self._progress, scope)
+        runs = AllRuns(self._model, limits or self._limits, self._progress, scope, only_proves=limits is not None)
         if runs.is_interrupted:
             raise KeyboardInterrupt
         self._situations += runs.situations

@@ -117,6 +117,7 @@ class AllRuns:
         until: int = 0,
         explores: bool = True,
         may_go_on: bool = False,
+        only_proves: bool = False,
         planner: Planner | None = None,
         program: Program | None = None,
     ) -> None:
@@ -130,6 +131,7 @@ class AllRuns:
             until: bits of visits: the exploration ends when it has visited all of them. 0 for no such end.
             explores: whether to explore anything; if not, that counts as interrupted.
             may_go_on: whether `within` may go on where a limit of situations ends the exploration.
+            only_proves: whether the runs are of no use unless all are explored.
             planner: a planner of the model; by default a new one.
             program: the compiled model, if it is compiled.
         """
@@ -160,6 +162,7 @@ class AllRuns:
         self._until = until
         self._progress = progress
         self._may_go_on = may_go_on
+        self._only_proves = only_proves
         self._explorations: list[tuple[RunExploration, Sequence[RunSteps]]] = []
         self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
         if explores:
@@ -242,15 +245,28 @@ class AllRuns:
     def _is_planning_too_large(self) -> bool:
         return any(graph.planning_too_large for graph in self.graphs)
 
-    def within(self, limits: CloseLimits) -> AllRuns:
-        """Return the runs explored within higher limits; go on with what is explored where that comes to the same."""
+    def within(self, limits: CloseLimits, *, only_proves: bool = False) -> AllRuns:
+        """Return the runs explored within higher limits; go on with what is explored where that comes to the same.
+
+        Args:
+            limits: the limits.
+            only_proves: whether the runs are of no use unless all are explored.
+        """
         if self._explorations and not self._is_planning_too_large:
-            self._may_go_on = False
+            self._may_go_on, self._only_proves = False, only_proves
             self.graphs, self.evaluated, self.asked, self.stopped, self.option = (), (), (), None, None
             self._explore(limits, self._progress)
             if self._limits.planning == limits.planning or not self._is_planning_too_large:
                 return self
-        return AllRuns(self.model, limits, self._progress, self.scope, until=self._until, program=self.program)
+        return AllRuns(
+            self.model,
+            limits,
+            self._progress,
+            self.scope,
+            until=self._until,
+            only_proves=only_proves,
+            program=self.program,
+        )
 
     def _explore_goals(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         left = limits.situations
@@ -288,7 +304,7 @@ class AllRuns:
     def _explored(self, number: int, most: int, counted: _Counted) -> RunGraph:
         """Return the graph of an exploration with at most so many situations, and note it."""
         exploration, steps = self._explorations[number]
-        graph = exploration.explore(most, counted.count, may_go_on=self._may_go_on)
+        graph = exploration.explore(most, counted.count, may_go_on=self._may_go_on, only_complete=self._only_proves)
         self.graphs = (*self.graphs, graph)
         self.evaluated = (*self.evaluated, *(each.evaluated for each in steps))
         self.asked = (*self.asked, *(each.asked for each in steps))

@@ -214,13 +214,21 @@ class RunExploration:
         self._beyond: list[tuple[int, Position]] = []
         self._complete = True
 
-    def explore(self, most: int, progress: Callable[[int], None] | None = None, *, may_go_on: bool = False) -> RunGraph:
+    def explore(
+        self,
+        most: int,
+        progress: Callable[[int], None] | None = None,
+        *,
+        may_go_on: bool = False,
+        only_complete: bool = False,
+    ) -> RunGraph:
         """Return the graph as far as a limit allows, which may be higher than before.
 
         Args:
             most: the maximum number of positions.
             progress: called at intervals with the number of positions.
             may_go_on: whether to keep what is needed to go on within a higher limit.
+            only_complete: whether to end as soon as there are too many positions, rather than to expand those found.
         """
         self._most, self._may_go_on, self._complete = most, may_go_on, True
         beyond, self._beyond = self._beyond, []
@@ -229,7 +237,7 @@ class RunExploration:
         planning_too_large = has_too_many_steps = False
         while len(self._first) <= len(self._positions) + 1 and not (planning_too_large or has_too_many_steps):
             node = len(self._first) - 1
-            if self._has_visited_enough():
+            if self._has_visited_enough() or (only_complete and not self._complete):
                 break
             has_too_many_steps = len(self._targets) > most * MAX_STEPS_EACH
             if progress is not None and node % _REPORT_EVERY == _REPORT_EVERY - 1:

@@ -10,7 +10,7 @@ from scbm.model import OperationState
 from scbm.running.lifecycle import PlanEffect, parts_by_end
 from scbm.running.micro_steps import RequestSending, RunTurn
 from scbm.running.untimed.run_steps import RunSteps
-from scbm.running.untimed.situations import NoteKind, RunNote
+from scbm.running.untimed.situations import NoteKind, RunNote, RunStep
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scbm.running.micro_steps import AutomaticMove, RequestCancelling
     from scbm.running.untimed.plan_queues import FollowingOperation
     from scbm.running.untimed.run_steps import SettlingRun
-    from scbm.running.untimed.situations import Happening, Position, RunStep
+    from scbm.running.untimed.situations import Happening, Position
 
 
 _ENDED = tuple(parts_by_end())
@@ -57,6 +57,12 @@ class NotedSteps(RunSteps):
         self._notes = []
         return self._noted(super().after(position, happening))
 
+    def _after_event(
+        self, position: Position, state: int, in_flight: tuple[int, ...], *, timer_passed: bool
+    ) -> RunStep:
+        self._notes = []
+        return self._noted(super()._after_event(position, state, in_flight, timer_passed=timer_passed))
+
     def at_rest(self, rest: Position) -> Iterator[tuple[Happening, RunStep]]:
         """Yield everything that can happen while no goal is pursued."""
         self._notes = []
@@ -65,7 +71,7 @@ class NotedSteps(RunSteps):
             self._notes = []
 
     def _noted(self, step: RunStep) -> RunStep:
-        return step._replace(notes=tuple(self._notes)) if self._notes else step
+        return RunStep(*step[:-1], tuple(self._notes)) if self._notes else step
 
     # what is noted
 

@@ -284,8 +284,22 @@ class RunSteps:
 
     def following(self, position: Position) -> Iterable[tuple[Happening, RunStep]]:
         """Yield everything that can happen next, in the order of `happenings`, each with the step that it starts."""
-        for happening in self.happenings(position):
-            yield happening, self.after(position, happening)
+        if position.awaits is not WaitsFor.NOTHING:
+            for happening in self.happenings(position):
+                yield happening, self.after(position, happening)
+            return
+        for happening, state, in_flight, timer_passed in self._events(position.state, position.in_flight):
+            yield happening, self._after_event(position, state, in_flight, timer_passed=timer_passed)
+        if self._is_sequence or self._end(position.state, position.in_flight, PlanState.ABORTED).visits:
+            yield TIME_LIMIT, self.after(position, TIME_LIMIT)
+
+    def _after_event(
+        self, position: Position, state: int, in_flight: tuple[int, ...], *, timer_passed: bool
+    ) -> RunStep:
+        """Return the step of an event that leads to a state, with these requests in flight."""
+        run = self._resumed(position)
+        run.state, run.in_flight = state, in_flight
+        return self._settle(run, timer_passed=timer_passed)
 
     def _events(self, state: int, in_flight: tuple[int, ...]) -> Iterator[tuple[Happening, int, tuple[int, ...], bool]]:
         """Yield replies, deadlines and changes from outside, each with the state and the requests in flight after it.

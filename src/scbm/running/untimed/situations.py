@@ -99,6 +99,8 @@ class HappeningKind(Enum):
     GOAL = "a goal is given to a runner at rest"
     PLAN_LIMIT = "the limit of plans ends the run while a plan is requested"
 
+    __hash__ = object.__hash__  # without a call of Python for each lookup
+
 
 class Happening(NamedTuple):
     """One event that can happen in a run.
@@ -189,6 +191,8 @@ class NoteKind(Enum):
     MAY_BE_CUT_OFF = "a limit of plans can end the run here"
     MAY_END = "a livelock can end the run here"
     OBSERVES = "the watched predicates are true or false in a state"
+
+    __hash__ = object.__hash__  # without a call of Python for each lookup
 
     @property
     def is_moment(self) -> bool:
