@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from conftest import Ran
+from scbm.model.requirements import BUILT_IN_NAMES
 
 LAMP = """\
 behavior_model: lamp
@@ -205,6 +206,9 @@ def test_a_requirement_is_explained_by_what_closing_says_of_it(scbm: Scbm, lamp:
     violated = scbm("explain", lamp, "never_on")
     assert violated.code == 1
     assert "scbm replay never_on-1.yaml" in violated.out
+    until = violated.out.partition("The run until then:\n")[2].partition("\n\n")[0]
+    assert "request 1 → relay" in until
+    assert until.endswith("✗ never_on: lamp == on holds")
     held = json.loads(scbm("explain", lamp, "free", "--json").out)
     assert held["requirement"]["status"] == "holds"
     assert held["requirement"]["certificate"] == "requirements"
@@ -223,6 +227,27 @@ def test_explain_says_what_close_says_where_only_cases_for_obligations_show_a_vi
     requirement = json.loads(explained.out)["requirement"]
     assert requirement == next(each for each in decided if each["name"] == "soon")
     assert requirement["status"] == "violated"
+
+
+def test_instances_a_family_and_requirements_that_are_called_alike_are_explained(scbm: Scbm, lamp: Path) -> None:
+    doors = "types: {side: [left, right]}\nvariables:\n  door[side]: {domain: bool, initial: false}"
+    text = LAMP.replace("variables:", doors)
+    shut = "  shut[s in side]: never door[s] == true\n  pair[s in side, t in side]: never door[s] != door[t]\n"
+    lamp.write_text(f"{text}{shut}  no_orphan: never lamp == on\n", encoding="utf-8")
+
+    def explained(name: str) -> list[tuple[str, bool]]:
+        found = json.loads(scbm("explain", lamp, name, "--json").out)
+        about = [each["requirement"] for each in found.get("requirements", [found])]
+        return [(each["name"], each["built_in"]) for each in about]
+
+    assert explained("shut[left]") == explained("shut.left") == [("shut.left", False)]
+    assert explained("pair[left, right]") == [("pair.left.right", False)]
+    assert explained("shut") == [("shut.left", False), ("shut.right", False)]
+    assert explained("no_orphan") == [("no_orphan", False), ("no_orphan", True)]
+    both = scbm("explain", lamp, "no_orphan")
+    assert both.code == 1
+    heads = [line.partition(":")[2] for line in both.out.splitlines() if line.startswith("no_orphan:")]
+    assert heads == [" never lamp == on", f" {BUILT_IN_NAMES['no_orphan']}"]
 
 
 def test_close_decides_the_requirements_of_the_command_line(scbm: Scbm, lamp: Path) -> None:

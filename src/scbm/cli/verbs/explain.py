@@ -1,10 +1,12 @@
 """`scbm explain`: explains in sentences how an obligation is covered, or why it is not."""
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from msgspec.structs import replace
+from rich.text import Text
 
 from scbm.cases.coverage import Obligation, Obligations, instances_of, lifted_names
 from scbm.cli.exit_codes import INTERRUPTED
@@ -16,7 +18,7 @@ from scbm.cli.options.verb_options import Json, Model, SuiteFiles
 from scbm.cli.output.terminal import activity_display, report_columns, results, write_json
 from scbm.closing import Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, decided_requirement_json, suggestion_json
-from scbm.closing.decisions import RequirementStatus
+from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, RequirementStatus
 from scbm.closing.explanations import Explanation, Visit, explain
 from scbm.closing.interruption import Interruption
 from scbm.closing.proved_statuses import with_waivers
@@ -29,6 +31,7 @@ from scbm.reports.terminal.explanation_report import (
     case_lines,
     explanation_lines,
     requirement_explanation,
+    violation_picture,
 )
 from scbm.testing import Execution, Tester
 from scbm.testing.suite import Suite
@@ -54,8 +57,8 @@ def command(
 ) -> int:
     """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
     loaded = planner.applied(load_model(model))
-    requirement = _requirement(obligation, loaded)
-    asked = () if requirement is not None else _read_obligation(obligation, loaded)
+    requirements = _requirements(obligation, loaded)
+    asked = () if requirements else _read_obligation(obligation, loaded)
     review = read_waivers_of(loaded, waivers)
     given = Suite(loaded, model, tuple(suite or ()), planner_option=planner.text).loaded()
     interruption = Interruption()
@@ -66,16 +69,16 @@ def command(
                 campaign = given.run(show)
             show(f"exploring {loaded.name}")
             with given.locating():
-                wanted = asked if requirement is None else None  # cases for obligations may violate requirements
+                wanted = None if requirements else asked  # cases for obligations may violate requirements
                 closing = Closer(loaded, limits, show, interruption=interruption).close(campaign, wanted)
             closer = None
-            if requirement is not None:
+            if requirements:
                 from scbm.closing.requirements.requirement_closer import RequirementCloser  # noqa: PLC0415 - few do
 
                 closer = RequirementCloser(loaded, limits, show, interruption)
                 closing = replace(closing, requirements=closer.decide(campaign, closing))
-        if requirement is not None and closer is not None:
-            return _explain_requirement(requirement, closer, closing, given, json=json)
+        if closer is not None:
+            return _explain_requirements(requirements, closer, closing, given, json=json)
         explanations = explain(with_waivers(closing, review), asked, _executions(closing, given))
         if json:
             write_json(_json(explanations, given))
@@ -94,43 +97,64 @@ def command(
     return 1 if any(each.decided.decision is Decision.UNDECIDED for each in explanations) else 0
 
 
-def _requirement(text: str, model: BehaviorModel) -> ExplainedRequirement | None:
-    """Return the requirement of a name, those of the model first; `None` for none, and for obligations."""
+def _requirements(text: str, model: BehaviorModel) -> tuple[ExplainedRequirement, ...]:
+    """Return the requirements of a name: of the model, all of an entry with parameters, or built-in ones.
+
+    A requirement of the model and a built-in one may be called alike. There are none for obligations.
+    """
     if any(text in (str(obligation), obligation.subject) for obligation in Obligations.of(model)):
-        return None
-    own = next((requirement for requirement in model.requirements if requirement.name == text), None)
-    if own is not None:
-        return ExplainedRequirement(text, own)
-    return ExplainedRequirement(text, None) if text in (*BUILT_IN_NAMES, *model.requirements_on) else None
+        return ()
+    name = ".".join(re.split(r"\s*[\[,]\s*", text.removesuffix("]"))) if text.endswith("]") else text
+    names = ((each, model.lifted_name("requirements", each.name)) for each in model.requirements)
+    own = [each for each, lifted in names if name in (each.name, lifted)]
+    found = [ExplainedRequirement(each.name, each) for each in own]
+    found += [ExplainedRequirement(text, None)] if text in (*BUILT_IN_NAMES, *model.requirements_on) else []
+    return tuple(found)
 
 
-def _explain_requirement(
-    asked: ExplainedRequirement, closer: "RequirementCloser", closing: Closing, suite: Suite, *, json: bool
+def _explain_requirements(
+    asked: Sequence[ExplainedRequirement], closer: "RequirementCloser", closing: Closing, suite: Suite, *, json: bool
 ) -> int:
-    """Print what closing says of a requirement, and return the exit code."""
+    """Print what closing says of requirements, and return the exit code."""
     found = closing.requirements
     assert found is not None  # noqa: S101 - it was asked for
-    decided = next(each for each in found.decided if asked.is_about(each))
-    miss = "" if asked.requirement is None else closer.nearest_miss(asked.requirement)
-    assumed = [each for each in found.assumptions if decided.holds and asked.assumes(each)]
-    execution = decided.execution
-    text = None if execution is None else write_case(execution.case, suite.model, suite.file.as_posix())
+    decided = [next(each for each in found.decided if one.is_about(each)) for one in asked]
+    described = [_described(*each, closer, found, suite) for each in zip(asked, decided, strict=True)]
     if json:
-        data = {
-            "format_version": FORMAT_VERSION,
-            "model": suite.model.name,
-            "requirement": decided_requirement_json(decided),
-        }
-        write_json(data | {"nearest": miss, "assumptions": assumed, "text": text})
+        about = described[0] if len(described) == 1 else {"requirements": described}
+        write_json({"format_version": FORMAT_VERSION, "model": suite.model.name} | about)
     else:
         out = results()
-        out.lines(requirement_explanation(asked, decided, miss, assumed, report_columns()))
-        if text is not None:
-            replay = f"scbm replay {shown_path(f'{decided.case}.yaml')}"
-            out.lines(case_lines(text, replay, None, f"Save this here as {decided.case}.yaml, then run:"))
+        for number, (one, answer, data) in enumerate(zip(asked, decided, described, strict=True)):
+            out.lines([Text()] if number else [])
+            lines = requirement_explanation(one, answer, data["nearest"], data["assumptions"], report_columns())
+            out.lines(lines)
+            if answer.execution is not None:
+                out.lines(violation_picture(answer, suite.model))
+                replay = f"scbm replay {shown_path(f'{answer.case}.yaml')}"
+                first = f"Save this here as {answer.case}.yaml, then run:"
+                out.lines(case_lines(data["text"], replay, None, first))
     if found.is_interrupted:
         return INTERRUPTED
-    return 1 if decided.status in (RequirementStatus.UNDECIDED, RequirementStatus.VIOLATED) else 0
+    open_ = (RequirementStatus.UNDECIDED, RequirementStatus.VIOLATED)
+    return 1 if any(each.status in open_ for each in decided) else 0
+
+
+def _described(
+    asked: ExplainedRequirement,
+    decided: DecidedRequirement,
+    closer: "RequirementCloser",
+    found: RequirementDecisions,
+    suite: Suite,
+) -> dict[str, Any]:
+    """Return the answer about one requirement as JSON."""
+    execution = decided.execution
+    return {
+        "requirement": decided_requirement_json(decided),
+        "nearest": "" if asked.requirement is None else closer.nearest_miss(asked.requirement),
+        "assumptions": [each for each in found.assumptions if decided.holds and asked.assumes(each)],
+        "text": None if execution is None else write_case(execution.case, suite.model, suite.file.as_posix()),
+    }
 
 
 def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:

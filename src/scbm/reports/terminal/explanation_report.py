@@ -107,6 +107,16 @@ def requirement_explanation(
             yield from (Text(line, style="dim") for line in wrapped(sentence, columns, " " * 6, 8))
 
 
+def violation_picture(decided: DecidedRequirement, model: BehaviorModel) -> Iterator[Text]:
+    """Yield the last lines of the log of the new case that violates a requirement, up to the violation."""
+    execution = decided.execution
+    assert execution is not None  # noqa: S101 - the caller knows that there is one
+    about = (decided.name, decided.is_built_in)
+    violation = next(each for each in execution.violations if (each.requirement, each.is_built_in) == about)
+    yield Text("  The run until then:")
+    yield from _drawn(list(event_lines(model, execution, violation.record + 1)))
+
+
 def explanation_lines(  # noqa: PLR0913, PLR0917 - what closing found, and how it is shown
     explanations: Sequence[Explanation],
     model: BehaviorModel,
@@ -285,8 +295,12 @@ def _listed(heading: str, sentences: Sequence[str]) -> Iterator[Text]:
 def _picture(visit: Visit, model: BehaviorModel) -> Iterator[Text]:
     """Yield the last lines of the run's log up to the visit, from one with a time; the plan stands above them."""
     *before, last = event_lines(model, visit.execution, visit.record + 1)
-    lines = [*(line for line in before if line.begins_moment or not isinstance(line.record, PlanReceived)), last]
-    lines = lines[-_LINES:]
+    return _drawn([*(line for line in before if line.begins_moment or not isinstance(line.record, PlanReceived)), last])
+
+
+def _drawn(every: Sequence[EventLine]) -> Iterator[Text]:
+    """Yield the last lines of a log, from one with a time."""
+    lines = every[-_LINES:]
     first = next((index for index, line in enumerate(lines) if line.begins_moment), 0)
     for line in lines[first:]:
         yield Text("  ").append_text(draw_line(_with_short_plan(line)))
