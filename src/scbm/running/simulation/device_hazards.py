@@ -142,7 +142,7 @@ def _unawaited(resource: str, works: Sequence[WorkSpan], free_ns: Mapping[int, i
     found: dict[int, Hazard] = {}
     for work in works:
         begin_ns = max(work.begin_ns, free_ns.get(work.request, _NEVER_NS))
-        is_overtaken = any(begin_ns < each.begin_ns < work.end_ns for each in works if each.request != work.request)
+        is_overtaken = any(begin_ns <= each.begin_ns < work.end_ns for each in works if each.request != work.request)
         if work.request not in found and begin_ns < work.end_ns and (work.ends_by_itself or is_overtaken):
             end_ns = None if work.end_ns == _NEVER_NS else work.end_ns
             found[work.request] = Hazard(HazardKind.UNAWAITED, resource, work.request, begin_ns, end_ns)

@@ -76,6 +76,22 @@ def test_a_request_without_reply_works_until_it_is_cancelled() -> None:
     assert hazards("{outcome: timeout, cancel: lost}") == [(UNAWAITED, 1, 5, None), (OVERLAP, 2, 7, 27)]
 
 
+RETRIES = """
+behavior_model: retries
+variables: {placed: {domain: bool, initial: false}}
+resources: {arm: {simulation: {latency: 4 s}}}
+operations: {place: {request: arm, deadline: 5 s, guard: placed == false, effects: [placed <- true], on_timeout: []}}
+goals: {placed: placed == true}
+"""
+
+
+def test_work_that_a_retry_at_the_instant_of_the_timeout_overtakes_is_unawaited() -> None:
+    case = "case: at_once\ngoal: placed\noutcomes: {arm: [FIRST, succeed]}\n"
+    found = hazards("{outcome: timeout, cancel: lost}", case, read_model(RETRIES))
+    assert found == [(UNAWAITED, 1, 5, None), (OVERLAP, 2, 5, 9)]
+    assert hazards("timeout", case, read_model(RETRIES)) == []
+
+
 def test_a_request_that_its_cancellation_overtakes_is_carried_out_unawaited() -> None:
     assert hazards("{request: 10 s}", STOPPED_ONCE) == []
     assert hazards("{request: 10 s}") == [(UNAWAITED, 1, 10, 30), (OVERLAP, 1, 10, 27)]
