@@ -206,7 +206,7 @@ def test_the_trace_names_the_transition_and_is_written_and_read() -> None:
     (record,) = [record for record in execution.trace.records if isinstance(record, MeasurementReceived)]
     assert sentence_of(record, model.nominal_state).text == "environment push"
     assert '"by":"push"' in write_trace(execution.trace)
-    assert sentence_of(MeasurementReceived(0, ()), model.nominal_state).text == "measured: no change"
+    assert sentence_of(MeasurementReceived(0, ()), model.nominal_state).text == "from outside: no change"
 
 
 @pytest.mark.slow

@@ -102,7 +102,7 @@ def sentence_of(record: Record, nominal: Mapping[str, Value]) -> Sentence:  # no
         case ReplyDropped(why=why):
             return _same(f"reply {NUMBER} dropped: {why}", record.request)
         case MeasurementReceived(by=by, changes=changes):
-            label = f"environment {by}" if by else "measured"
+            label = f"environment {by}" if by else "from outside"
             return Sentence(label, label) if changes else Sentence(f"{label}: no change", label, "no change")
         case MeasurementRefused(variable=variable, value=value):
             return _same(f"measured value refused: {variable} = {format_value(value)}")

@@ -320,7 +320,8 @@ class AllRuns:
             self.stopped = f"runs have more than {MAX_STEPS_EACH} steps for each situation that may be explored"
             self.option = "--max-states"
         elif not graph.complete:
-            self.stopped = f"runs can be in more than {limits.situations:,} situations"
+            noun = "situation" if limits.situations == 1 else "situations"
+            self.stopped = f"runs can be in more than {limits.situations:,} {noun}"
             self.option = "--max-states"
 
     def _too_large(self, name: str, limits: CloseLimits) -> str:

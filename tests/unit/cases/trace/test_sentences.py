@@ -157,7 +157,7 @@ def test_what_a_driver_sends_beyond_the_model_is_no_injection_of_a_case(wording:
     wording((sentence_of(record, NOMINAL).text, fault_in(record)))
 
 
-@pytest.mark.parametrize(("by", "label"), [("", "measured"), ("opens", "environment opens")])
+@pytest.mark.parametrize(("by", "label"), [("", "from outside"), ("opens", "environment opens")])
 def test_a_change_that_changes_nothing_says_so(by: str, label: str) -> None:
     record = MeasurementReceived(0, (), by, (("light", "green"),))
     sentence = sentence_of(record, NOMINAL)
