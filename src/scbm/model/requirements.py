@@ -91,6 +91,20 @@ class WatchedState(NamedTuple):
     is_violated: bool = False
 
 
+class NeededThen(NamedTuple):
+    """A predicate that never holds in a run that satisfies a sentence while something is remembered of the run.
+
+    Attributes:
+        memory: what is remembered.
+        predicate: the predicate.
+        when: what that means, as the end of a clause.
+    """
+
+    memory: bool
+    predicate: Predicate
+    when: str
+
+
 class RequirementForm(Struct, frozen=True, metaclass=AbstractStruct):
     """A sentence that a requirement says. Its subclasses are the forms.
 
@@ -129,6 +143,11 @@ class RequirementForm(Struct, frozen=True, metaclass=AbstractStruct):
         If no state satisfies one of them, the requirement requires nothing.
         """
         return ()
+
+    @property
+    def needed_then(self) -> NeededThen | None:
+        """What violates the sentence in a state, depending on what was before; `None` if nothing is remembered."""
+        return None
 
     @property
     def predicates(self) -> tuple[Predicate, ...]:
@@ -269,6 +288,11 @@ class Before(RequirementForm, frozen=True):
         return (conjunction([self.second, Not(self.first)]),)
 
     @property
+    def needed_then(self) -> NeededThen:
+        """A state with q before p has held."""
+        return NeededThen(False, self.second, f" before {self.first} has held")
+
+    @property
     def is_safety(self) -> bool:
         """Yes."""
         return True
@@ -301,6 +325,12 @@ class AfterAlways(RequirementForm, frozen=True):
     def needed_to_violate(self) -> tuple[Predicate, ...]:
         """A state with p, and one without q and r."""
         return (self.start, conjunction([Not(self.predicate), Not(self.stop)]))
+
+    @property
+    def needed_then(self) -> NeededThen:
+        """A state without q and r while the sentence is active."""
+        lacks = conjunction([Not(self.predicate), Not(self.stop)])
+        return NeededThen(True, lacks, f" between {self.start} and {self.stop}")
 
     @property
     def is_safety(self) -> bool:

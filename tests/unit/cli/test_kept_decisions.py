@@ -229,6 +229,20 @@ def test_explain_says_what_close_says_where_only_cases_for_obligations_show_a_vi
     assert requirement["status"] == "violated"
 
 
+BEFORE = "plan.state == planning before relay_req_state == executing"
+AFTER = "after switch.state == completed always lamp == on until switch.state == executing"
+
+
+@pytest.mark.parametrize("sentence", [BEFORE, AFTER])
+def test_the_nearest_miss_depends_on_what_was_before(
+    scbm: Scbm, lamp: Path, sentence: str, wording: Callable[[str], None]
+) -> None:
+    lamp.write_text(f"{LAMP}  ordered: {sentence}\n", encoding="utf-8")
+    found = json.loads(scbm("explain", lamp, "ordered", "--json").out)
+    assert found["requirement"]["status"] == "holds"
+    wording(found["nearest"])
+
+
 def test_instances_a_family_and_requirements_that_are_called_alike_are_explained(scbm: Scbm, lamp: Path) -> None:
     doors = "types: {side: [left, right]}\nvariables:\n  door[side]: {domain: bool, initial: false}"
     text = LAMP.replace("variables:", doors)

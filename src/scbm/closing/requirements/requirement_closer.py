@@ -17,7 +17,6 @@ from scbm.closing.decisions import (
     RequirementStatus,
 )
 from scbm.closing.interruption import Interruption
-from scbm.closing.proofs.nearest_misses import nearest_miss
 from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.requirements.blocking_search import BlockingSearch
 from scbm.closing.requirements.recovery_search import RecoverySearch
@@ -133,10 +132,7 @@ class RequirementCloser:
 
     def nearest_miss(self, requirement: Requirement) -> str:
         """Return how near runs come to violating a requirement that holds, as a clause; empty if it is not known."""
-        runs = self._sentences.proved.get(RequirementKey(requirement.name))
-        needed = requirement.sentence.needed_to_violate if runs is not None else ()
-        misses = (nearest_miss((each,), runs) for each in needed if runs is not None)
-        return next((miss.words("to violate it a run") for miss in misses if miss is not None), "")
+        return self._sentences.nearest_miss(requirement)
 
     def _not_judged(self) -> Iterator[tuple[str, str]]:
         """Yield the built-in requirements that are not decided, each with the reason."""

@@ -9,6 +9,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
+from scbm.closing.proofs.blame import parts_of
+from scbm.closing.proofs.nearest_misses import nearest_miss, nearest_of
 from scbm.closing.requirements.blocking_search import BlockingSearch
 from scbm.closing.requirements.liveness_search import LivenessSearch
 from scbm.closing.requirements.sentence_monitor import SentenceMonitor
@@ -34,6 +36,7 @@ _BESIDE = 2
 _SHARE_OF_ANY_PLANS = 100
 """The divisor of the limit of situations for runs with any plans: often they are many times those of canonical ones."""
 
+_TO_VIOLATE = "to violate it a run"
 _NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
 _ENDLESS = "runs may repeat {} without end before it is satisfied, and no case that was tried shows it"
 _ONLY_CASES = "only cases judge this form of requirement"
@@ -110,6 +113,20 @@ class SentenceDecisions:
         for more, requirements in self._by_variables.items():
             scope = replace(runs.scope, watched=_predicates(requirements))
             self._decide_in(self._explore(scope, None) if more else runs, requirements)
+
+    def nearest_miss(self, requirement: Requirement) -> str:
+        """Return how near runs come to violating a requirement that holds, as a clause; empty if it is not known."""
+        runs, sentence = self.proved.get(RequirementKey(requirement.name)), requirement.sentence
+        if runs is None:
+            return ""
+        misses = (nearest_miss((each,), runs) for each in sentence.needed_to_violate)
+        found = next((miss.words(_TO_VIOLATE) for miss in misses if miss is not None), "")
+        then = sentence.needed_then
+        if found or then is None:
+            return found
+        search = ViolationSearch(runs, _monitor(runs, requirement), _BESIDE * self._limits.situations)
+        miss = nearest_of(parts_of((then.predicate,)), tuple(search.settled_states(then.memory)), runs.program.packing)
+        return "" if miss is None else miss.words(_TO_VIOLATE, then.when)
 
     def leaves_behind_no_more(self, rests: Mapping[int, None], runs: AllRuns) -> bool:
         """Return whether histories with any plans leave no other states at rest behind than canonical plans do."""

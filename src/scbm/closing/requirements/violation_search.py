@@ -107,6 +107,19 @@ class ViolationSearch:
             left = max(0, left - search.expanded)
         return tuple(found)
 
+    def settled_states(self, memory: Memory) -> Iterator[int]:
+        """Yield the packed states of settled situations in which this is remembered of a run."""
+        for graph in self._runs.graphs:
+
+            def successors(place: Place, graph: RunGraph = graph) -> Iterator[tuple[Edge, Place]]:
+                for edge, judged in judged_from(self._monitor, graph, place):
+                    if edge.target >= 0:
+                        yield edge, (edge.target, judged.memory)
+
+            search = BreadthFirst(((0, self._monitor.start),), successors)
+            search.expand(self._most)
+            yield from (graph.positions[node - 1].state for node, then in search.states if node and then == memory)
+
     def _may_violate(self, graph: RunGraph) -> bool:
         """Return whether a step of a graph violates something if any memory may precede it; unknown counts as yes."""
         memories = self._monitor.memories
