@@ -161,7 +161,7 @@ def _walk_in_open_world(task: ClosingTask) -> None:
     if task.runs.stopped is not None:  # then all runs are too many in the open world, too
         limits = replace(limits, situations=min(_MAX_FOR_CASES, limits.situations))
     scope = RunScope(is_open=True, takes_classes=takes_classes(task.runs.model))
-    runs = AllRuns(task.runs.model, limits, task.progress, scope)
+    runs = AllRuns(task.runs.model, limits, task.progress, scope, planner=task.runs.planner)
     if runs.stopped is not None and task.runs.stopped is None:
         task.ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
     _walk_naturally(runs, task)
@@ -173,7 +173,8 @@ def _walk_in_sequences(task: ClosingTask) -> None:
     if not wanted or task.runs.model.runs.goals is GoalOrder.SINGLE or task.runs.stopped is not None:
         return
     scope = replace(scope_of_proofs(task.runs.model), takes_classes=takes_classes(task.runs.model))
-    _walk_naturally(AllRuns(task.runs.model, task.limits, task.progress, scope, until=wanted), task)
+    planner = task.runs.planner
+    _walk_naturally(AllRuns(task.runs.model, task.limits, task.progress, scope, until=wanted, planner=planner), task)
 
 
 def _walk_naturally(runs: AllRuns, task: ClosingTask) -> None:

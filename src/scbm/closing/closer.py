@@ -267,7 +267,10 @@ class Closer:
                 if runs is not None:
                     return runs.within(limits)
                 explores = not self.is_interrupted
-                return AllRuns(self.model, limits, self._progress, explores=explores, may_go_on=may_go_on)
+                planner = self._goal_planner
+                return AllRuns(
+                    self.model, limits, self._progress, explores=explores, planner=planner, may_go_on=may_go_on
+                )
         except KeyboardInterrupt:
             self._interrupt(Stage.GRAPH)
             return AllRuns(self.model, limits, self._progress, explores=False)

@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 _DEFAULT_LIMITS = PlanLimits()
 
 
+_BRIEF_SEARCHES = 10
+"""The first states from which runs ask for plans: often there are no more, and the world has thousands of states."""
+
+
 class Planner:
     """Finds plans for one model. Answers depend on the problem alone, never on earlier calls.
 
@@ -52,6 +56,7 @@ class Planner:
         self.base_task = Task(model)
         self._tasks: dict[tuple[str, ...], Task] = {}
         self._problems: dict[Predicate, Problem] = {}
+        self._policies: dict[tuple[Predicate, PlanLimits, int], Policy] = {}
 
     @staticmethod
     def of(model: BehaviorModel) -> Planner:
@@ -61,7 +66,7 @@ class Planner:
     def with_goals_of(self, model: BehaviorModel) -> Planner:
         """Return a planner of a model that differs in its goals alone; both share tasks, which cache successors."""
         planner = copy(self)
-        planner.model, planner._problems = model, {}  # noqa: SLF001 - of a copy
+        planner.model, planner._problems, planner._policies = model, {}, {}  # noqa: SLF001 - of a copy
         return planner
 
     def plan(
@@ -123,6 +128,14 @@ class Planner:
         For `most` and `whole` see `Policy`.
         """
         return Policy(self.problem(goal), limits, most, whole, self.entry.search)
+
+    def shared_policy(self, goal: Predicate, limits: PlanLimits, whole: int) -> Policy:
+        """Return the answers for one goal to explore runs; the same ones for the same limits, with what they know."""
+        key = goal, limits, whole
+        if key not in self._policies:
+            self._policies[key] = self.policy(goal, limits, whole=whole)
+            self._policies[key].brief_searches = _BRIEF_SEARCHES
+        return self._policies[key]
 
     def task(self, goal: Predicate) -> Task:
         """Return the packed task with all variables that decide whether the goal holds."""

@@ -24,7 +24,7 @@ from scbm.planning.plan_answers import (
     raise_if_cancelled,
 )
 from scbm.planning.plan_search import POLL_INTERVAL
-from scbm.planning.planners import canonical
+from scbm.planning.planners import canonical, canonical_briefly
 from scbm.planning.planning_task import PlanProblem, system_of
 
 if TYPE_CHECKING:
@@ -86,6 +86,8 @@ class Policy:
 
     Attributes:
         task: the packed task of the states (`task.pack`).
+        brief_searches: the number of states whose plans are searched for one by one at first, as long as each search
+            is brief.
     """
 
     def __init__(
@@ -122,7 +124,8 @@ class Policy:
         self._has_tried_everywhere = self._most <= _MAX_ON_DEMAND
         self._answers: dict[int, Answer] = {}
         self._should_continue: ShouldContinue = always
-        self._polls = 0
+        self._polls = self._brief_states = 0
+        self.brief_searches = 0
 
     def plan(self, state: int, should_continue: ShouldContinue = always) -> Answer:
         """Return the canonical plan from a packed state, or why there is none.
@@ -141,7 +144,8 @@ class Policy:
     @property
     def planned(self) -> int:
         """The number of states that were planned for; those on demand count more, as each takes so much longer."""
-        return (0 if self._everywhere is None else self._everywhere.count) + self._polls * _ON_DEMAND_WORK
+        everywhere = 0 if self._everywhere is None else self._everywhere.count
+        return everywhere + self._brief_states + self._polls * _ON_DEMAND_WORK
 
     def _on_demand(self, most: int) -> DistancesOnDemand:
         return DistancesOnDemand(self._successors, self._problem.is_goal, most)
@@ -156,6 +160,10 @@ class Policy:
     def _answer(self, state: int) -> Answer:
         if self._search is not canonical:
             return self._searched(state)
+        if self.brief_searches:
+            answer = self._brief_answer(state)
+            if answer is not None:
+                return answer
         if self._everywhere is not None:
             try:
                 return self._checked(state, self._everywhere.plan(state), self._everywhere.count)
@@ -170,6 +178,16 @@ class Policy:
         self._everywhere = plans_everywhere(self._problem, self._whole)
         self._distances = self._on_demand(self._most)
         return self._answer(state)
+
+    def _brief_answer(self, state: int) -> Answer | None:
+        """Return the answer of a brief search; `None`, for all further states, too, if it does not find one."""
+        answer = canonical_briefly(PlanProblem(self._problem, state, self._should_continue), self._limits)
+        if answer is None or isinstance(answer, LimitReached):
+            self.brief_searches = 0
+            return None
+        self.brief_searches -= 1
+        self._brief_states += answer.expanded
+        return answer
 
     def _checked(self, state: int, plan: tuple[str, ...] | None, lost: int) -> Answer:
         """Return the answer within the limit of length; at most `lost` states lead to no goal."""

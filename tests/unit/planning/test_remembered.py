@@ -7,7 +7,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from scbm.files import load_model
-from scbm.planning import PlanCache, Planner, Solved
+from scbm.planning import PlanCache, PlanLimits, Planner, Solved
 from support.models import scan_cell
 
 BEFORE = Path(__file__).parents[3] / "examples" / "robot_in_the_air" / "before.yaml"
@@ -31,3 +31,21 @@ def test_behind_its_budget_other_states_are_not_searched_for_either() -> None:
     hasty = PlanCache(Planner(model), first_budget=100)
     assert 0 < sum(hasty.plan(state, goal).expanded for state in states) < 400
     assert sum(patient.plan(state, goal).expanded for state in states) > 1_000
+
+
+def test_runs_share_the_plans_that_they_ask_for() -> None:
+    """Plans from the first states are searched for one by one, and then distances are computed; all are canonical."""
+    model = load_model(BEFORE)
+    planner, goal = Planner(model), dict(model.goals)["item_a_delivered"]
+    policy = planner.shared_policy(goal, PlanLimits(), 1_000)
+    states = [model.nominal_state.replace({v.name: value}) for v in model.variables[:4] for value in v.domain.values]
+    first = policy.plan(policy.task.pack(states[0]))
+    assert isinstance(first, Solved)
+    assert policy.planned == first.expanded
+    for state in states:
+        answer = policy.plan(policy.task.pack(state))
+        assert replace(answer, expanded=0) == replace(planner.plan(state, goal), expanded=0)
+    assert policy.planned > 1_000
+    assert planner.shared_policy(goal, PlanLimits(), 1_000) is policy
+    assert planner.shared_policy(goal, PlanLimits(length=3), 1_000) is not policy
+    assert planner.with_goals_of(model).shared_policy(goal, PlanLimits(), 1_000) is not policy

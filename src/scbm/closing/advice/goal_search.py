@@ -18,7 +18,7 @@ from scbm.planning import PlanLimits, Solved, Task
 from scbm.planning.engines.breadth_first import BreadthFirst
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.planning import Planner
@@ -188,22 +188,25 @@ class _Paths:
         search = BreadthFirst((start,), task.successors)
         search.expand(most)
         states = search.states
-        self._lengths, self._uses, self._last = [0], [0], [-1]
+        self._lengths = [0]
+        used, last = [0], [-1]
         numbers = {state: number for number, state in enumerate(states)}
         for parent in islice(search.parents.values(), 1, None):
             assert parent is not None  # noqa: S101 - the start alone has none
             number = numbers[parent[0]]
             self._lengths.append(self._lengths[number] + 1)
-            self._uses.append(self._uses[number] | 1 << parent[1])
-            self._last.append(parent[1])
+            used.append(used[number] | 1 << parent[1])
+            last.append(parent[1])
         self.holds: dict[Conjunct, int] = {}
         for variable in task.packing.space:
             if variable.role is Role.DECLARED:
-                ends = _bitsets([task.packing.value(state, variable.name) for state in states])
-                self.holds |= {(variable.name, value): ends[value] for value in variable.domain.values if value in ends}
+                index = task.packing[variable.name].index
+                ends = _bitsets(map(index, states), len(states))
+                values = enumerate(variable.domain.values)
+                self.holds |= {(variable.name, value): ends[number] for number, value in values if number in ends}
         self._variables = [name for name, _ in self.holds]
-        self._endings = _bitsets(self._last)
-        self._using: dict[int, int] = {}
+        self._endings = _bitsets(last, len(last))
+        self._using = _columns(used, len(task.operations))
 
     def changes(self, variable: str) -> bool:
         """Return whether a variable has several values."""
@@ -211,10 +214,7 @@ class _Paths:
 
     def using(self, operation: str) -> int:
         """Return the paths that have an operation."""
-        number = self._operations[operation]
-        if number not in self._using:
-            self._using[number] = _bitsets([uses >> number & 1 for uses in self._uses]).get(1, 0)
-        return self._using[number]
+        return self._using[self._operations[operation]]
 
     def ending_with(self, operation: str) -> int:
         """Return the paths that end with an operation."""
@@ -252,10 +252,18 @@ def _predicate(goal: Sequence[Conjunct], file_order: Mapping[Conjunct, int]) -> 
     return conjunction(Equal(Reference(name), Constant(value)) for name, value in ordered)
 
 
-def _bitsets(keys: Sequence[Hashable]) -> dict[Hashable, int]:
-    """Return for each key the places at which it occurs, as bits."""
-    places: dict[Hashable, bytearray] = {}
-    size = len(keys) // 8 + 1
+def _bitsets(keys: Iterable[int], count: int) -> dict[int, int]:
+    """Return for each of `count` keys the places at which it occurs, as bits."""
+    places: dict[int, bytearray] = {}
     for index, key in enumerate(keys):
-        places.setdefault(key, bytearray(size))[index >> 3] |= 1 << (index & 7)
+        bits = places.get(key)
+        if bits is None:
+            bits = places[key] = bytearray(count // 8 + 1)
+        bits[index >> 3] |= 1 << (index & 7)
     return {key: int.from_bytes(bits, "little") for key, bits in places.items()}
+
+
+def _columns(rows: Sequence[int], width: int) -> list[int]:
+    """Return for each of the first `width` bits the rows that have it, as bits: row 0 is the lowest one."""
+    digits = "".join([f"{row:0{width}b}" for row in reversed(rows)])
+    return [int(digits[width - 1 - number :: width], 2) for number in range(width)]

@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from scbm.closing.runs.all_runs import CloseLimits
     from scbm.closing.symbolic.set_proofs import SetProofs
     from scbm.model import BehaviorModel, Operation, PlannerIdentity, Predicate
+    from scbm.planning import Planner
     from scbm.proofcheck import Argument
 
 
@@ -349,7 +350,8 @@ def explored_for_proofs(  # noqa: PLR0913, PLR0917 - what is explored, how far, 
                 continue
             most = limits.situations if plans is declared else min(limits.situations, _MAX_OF_ANY_PLANS)
             least = canonical.situations + (canonical.stopped is not None) if canonical and is_canonical else 0
-            explored = partial(_explored, model, progress, scope_of_proofs(model, plans), missing)
+            planner = known[0].planner if known and is_canonical else None
+            explored = partial(_explored, model, progress, scope_of_proofs(model, plans), missing, planner=planner)
             few = None
             bounds = replace(limits, situations=most)
             if plans is PlanSet.ANY:
@@ -375,6 +377,7 @@ def _explored(  # noqa: PLR0913, PLR0917 - as above
     limits: CloseLimits,
     few: AllRuns | None = None,
     *,
+    planner: Planner | None,
     may_go_on: bool = False,
 ) -> AllRuns:
     """Return the runs within limits: all that follow `few`, if these were explored."""
@@ -382,7 +385,9 @@ def _explored(  # noqa: PLR0913, PLR0917 - as above
         runs = few.within(limits, only_proves=True)
     else:
         only_proves = not may_go_on
-        runs = AllRuns(model, limits, progress, scope, until=missing, may_go_on=may_go_on, only_proves=only_proves)
+        runs = AllRuns(
+            model, limits, progress, scope, until=missing, planner=planner, may_go_on=may_go_on, only_proves=only_proves
+        )
     if runs.is_interrupted:
         raise KeyboardInterrupt
     return runs

@@ -265,6 +265,7 @@ class AllRuns:
             self.scope,
             until=self._until,
             only_proves=only_proves,
+            planner=self.planner,
             program=self.program,
         )
 

@@ -52,7 +52,7 @@ class RunAnswers:
                 self._planner.name != DEFAULT_PLANNER
             ):  # its answers decide what follows, so its limits are those of a run
                 plans = self._limits
-            self._policies[goal] = self._planner.policy(goal, plans, whole=whole)
+            self._policies[goal] = self._planner.shared_policy(goal, plans, whole)
         return self._policies[goal]
 
     def to(self, goal: Predicate) -> Callable[[int], Answer]:
