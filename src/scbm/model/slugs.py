@@ -170,6 +170,7 @@ class Slug(StrEnum):
     REQUEST_NOT_CLEARED = "request-not-cleared"
     HANDSHAKE_INCOMPLETE = "handshake-incomplete"
     UNDECLARED_SOURCE = "undeclared-source"
+    GOALS_EXCLUDE = "goals-exclude"
     NEVER_ASSIGNED = "never-assigned"
     UNUSED_VARIABLE = "unused-variable"
     WAIVER_DATE = "waiver-date"

@@ -17,7 +17,6 @@ from scbm.files import load_model, read_model
 from scbm.model import And, BehaviorModel, GoalOrder, RunPlans, RunsDeclaration, Value
 from scbm.model.requirements import BUILT_IN_NAMES
 from scbm.testing import Campaign, Execution, RandomCases, Tester
-from scbm.testing.continuations import reachable_goals
 from scbm.testing.continuations.reachable_goals import LostGoals, ReachableGoals, UnknownReachabilityError
 from support.closings import closing_of
 from support.models import STOPPED
@@ -185,17 +184,16 @@ def answers(goals: Sequence[ReachableGoals], states: Sequence[Mapping[str, Value
     return found
 
 
-def test_what_is_unknown_does_not_depend_on_earlier_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_unknown_does_not_depend_on_earlier_cases() -> None:
     sequence = RunsDeclaration(GoalOrder.SEQUENCE)
     models = [model_of(), *(replace(small_random_model(number), runs=sequence) for number in range(6))]
     unknown = known = 0
     for model in models:
         states = last_states(model)
         for most in (3, 10, 30, 100):
-            monkeypatch.setattr(reachable_goals, "MOST_SITUATIONS", most)
-            alone = answers([ReachableGoals(model) for _ in states], states)
+            alone = answers([ReachableGoals(model, most=most) for _ in states], states)
             for order in (states, states[::-1]):
-                shared = answers([ReachableGoals(model)] * len(states), order)
+                shared = answers([ReachableGoals(model, most=most)] * len(states), order)
                 assert (shared if order is states else shared[::-1]) == alone
             unknown += alone.count("unknown")
             known += len(alone) - alone.count("unknown")

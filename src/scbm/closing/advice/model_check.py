@@ -16,6 +16,7 @@ from scbm.closing.advice.doubts import (
     doubts_about_variables,
     doubts_about_waivers,
 )
+from scbm.closing.advice.exclusive_goals import doubts_about_exclusive_goals
 from scbm.closing.advice.handshake_doubts import doubts_about_handshakes
 from scbm.closing.advice.plan_doubts import CheckLimits, doubts_about_livelocks, doubts_about_plans, explore_model
 from scbm.closing.advice.reply_doubts import doubts_about_replies
@@ -90,6 +91,8 @@ def check_model(
         # A guard that can never hold explains that its operation is never enabled, or its goal never reached.
         if isinstance(doubt, Unfinished) or doubt.path not in explained:
             note(doubt)
+    for doubt in doubts_about_exclusive_goals(model):
+        note(doubt)
     reachable, is_exact = _reachable(model, exploration)
     complete = exploration.reach.complete and exploration.all_starts and is_exact
     return Checked(tuple(doubts), tuple(unfinished), len(exploration.starts), reachable, complete)

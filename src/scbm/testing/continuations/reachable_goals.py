@@ -85,9 +85,16 @@ class ReachableGoals:
     for before: each answer has its own memory of what is reached.
     """
 
-    def __init__(self, model: BehaviorModel, program: Program | None = None) -> None:
-        """Prepare nothing yet: of most models few states at rest are asked for. `program` is the compiled model."""
+    def __init__(self, model: BehaviorModel, program: Program | None = None, most: int = MOST_SITUATIONS) -> None:
+        """Prepare nothing yet: of most models few states at rest are asked for.
+
+        Args:
+            model: the model.
+            program: the compiled model, if it is compiled.
+            most: the maximum number of situations of one search.
+        """
         self._model = model
+        self._most = most
         self._runs = ContinuedRuns(model, model.planner.name or DEFAULT_PLANNER, _PLAN_LIMITS, program)
         self._lost: dict[int, tuple[LostGoals | None] | None] = {}
         self._open: dict[int, tuple[bool] | None] = {}
@@ -143,6 +150,26 @@ class ReachableGoals:
         reached = _ReachMemory()
         return all(self._reaches(rest, goal, reached) for rest in self._plain_rests)
 
+    def excluded_by_plain_runs(self, most_pairs: int) -> LostGoals | None:
+        """Return the goals that some plain runs leave reachable and others do not; `None` for none.
+
+        Raises `UnknownReachabilityError`, also if there are more than `most_pairs` pairs of goal and rest.
+        """
+        try:
+            rests = self._plain_rests
+            if len(rests) * len(self._model.goals) > most_pairs:
+                raise SearchTooLongError
+            reached = _ReachMemory()
+            lost = {
+                goal: [rest for rest in rests if not self._reaches(rest, goal, reached)]
+                for goal in range(len(self._model.goals))
+            }
+            excluded = [goal for goal, left in lost.items() if 0 < len(left) < len(rests)]
+            latch = self._latch(lost[excluded[0]][0], excluded[0], reached) if excluded else ()
+        except _TOO_LARGE as error:
+            raise UnknownReachabilityError from error
+        return LostGoals(tuple(self._model.goals[goal][0] for goal in excluded), latch) if excluded else None
+
     # continuations
 
     def _all_steps(self, *, is_open: bool) -> Sequence[NotedSteps]:
@@ -181,7 +208,7 @@ class ReachableGoals:
                     if target not in seen:
                         seen[target] = None
                         near.append(target) if is_direct else later.append(target)
-            if len(seen) > MOST_SITUATIONS:
+            if len(seen) > self._most:
                 raise SearchTooLongError
         return seen
 
@@ -200,7 +227,7 @@ class ReachableGoals:
                 new = dict.fromkeys(target for target in _targets(steps, step) if target not in seen)
                 seen |= new
                 pending += new
-            if len(seen) > MOST_SITUATIONS:
+            if len(seen) > self._most:
                 raise SearchTooLongError
         return tuple(position.state for position in seen if position.is_at_rest)
 
@@ -216,8 +243,8 @@ class ReachableGoals:
     def _beginnings(self, fixed: Mapping[str, Value]) -> Iterator[dict[str, Value]]:
         for group in InitialStates(self._model).beginnings(is_open=not fixed):
             choices = [(fixed[name],) if name in fixed else values for name, values in group.items()]
-            found = list(islice(product(*choices), MOST_SITUATIONS + 1))
-            if len(found) > MOST_SITUATIONS:
+            found = list(islice(product(*choices), self._most + 1))
+            if len(found) > self._most:
                 raise SearchTooLongError
             yield from (dict(zip(group, values, strict=True)) for values in found)
 

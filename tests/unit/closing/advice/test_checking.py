@@ -9,7 +9,7 @@ import pytest
 from scbm.cases.trace import OperationStepped
 from scbm.closing.advice import CheckLimits, Doubt, check_model
 from scbm.files import load_model, read_model
-from scbm.model import BehaviorModel, Slug
+from scbm.model import BehaviorModel, Severity, Slug
 from scbm.testing import RandomCases, Tester
 from support.models import scan_cell
 from support.profiles import longer_but_one_in
@@ -449,3 +449,27 @@ def test_a_requirement_that_no_run_can_violate_is_doubtful(requirement: str, dou
     doubts = check_model(read_model(f"{_ROBOTS}  {requirement}\n")).doubts
     expected = [(Slug.REQUIREMENT_ALWAYS_HOLDS, ("requirements", name)) for name in doubtful]
     assert [(doubt.slug, doubt.path) for doubt in doubts] == expected
+
+
+EXCLUSIVE = """
+behavior_model: cell
+variables: {full: {domain: bool, initial: false}, spent: {domain: bool, initial: false}}
+operations:
+  fill: {pre: {g: full == false && spent == false}, post: {g: true, a: [full <- true]}}
+  burst: {pre: {g: spent == false}, post: {g: true, a: [spent <- true]}}
+  MORE
+goals: {full: full == true, spent: spent == true}
+"""
+
+
+def notes_about_goals(more: str = "", further: str = "") -> list[tuple[Severity, tuple[int | str, ...]]]:
+    model = read_model(EXCLUSIVE.replace("MORE", more) + further)
+    return [(each.severity, each.path) for each in check_model(model).doubts if each.slug is Slug.GOALS_EXCLUDE]
+
+
+def test_goals_that_runs_without_faults_put_out_of_reach_are_noted_once() -> None:
+    renew = "renew: {pre: {g: spent == true}, post: {g: true, a: [spent <- false]}}"
+    assert notes_about_goals() == [(Severity.NOTE, ("goals", "full"))]
+    assert notes_about_goals(renew) == []
+    assert notes_about_goals(further="reachable_again: [full]\n") == []
+    assert notes_about_goals(further="runs: {goals: single}\n") == []
