@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from unittest.mock import patch
 
 from msgspec.structs import replace
@@ -13,7 +13,7 @@ from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
 from scbm.model import BehaviorModel, GoalOrder, PlanSet
 from scbm.model.sources import outside_groups
 from scbm.proofcheck import Certificate, RunsArgument
-from scbm.running.untimed.run_steps import RunSteps
+from scbm.running.untimed.projected_steps import ProjectedSteps
 from scbm.running.untimed.situations import Happening, Position, RunStep
 
 
@@ -50,13 +50,13 @@ def forgetful_certificate_of(
 
     `forgets` gets an event, and whether the runner is at rest, and returns whether the event is ignored.
     """
-    happenings, at_rest = RunSteps.happenings, RunSteps.at_rest
+    following, at_rest = ProjectedSteps.following, ProjectedSteps.at_rest
 
-    def fewer_happenings(self: RunSteps, position: Position) -> Iterable[Happening]:
-        return [each for each in happenings(self, position) if not forgets(each, False)]
+    def fewer(self: ProjectedSteps, position: Position) -> Iterator[tuple[Happening, RunStep]]:
+        return ((each, step) for each, step in following(self, position) if not forgets(each, False))
 
-    def fewer_at_rest(self: RunSteps, rest: Position) -> Iterator[tuple[Happening, RunStep]]:
+    def fewer_at_rest(self: ProjectedSteps, rest: Position) -> Iterator[tuple[Happening, RunStep]]:
         return ((each, step) for each, step in at_rest(self, rest) if not forgets(each, True))
 
-    with patch.object(RunSteps, "happenings", fewer_happenings), patch.object(RunSteps, "at_rest", fewer_at_rest):
+    with patch.object(ProjectedSteps, "following", fewer), patch.object(ProjectedSteps, "at_rest", fewer_at_rest):
         return certificate_of(model, goals, plans)
