@@ -76,20 +76,21 @@ class KnownDecision(Struct, frozen=True):
         return f"{_WORDS[self.status]}: {self.reason}{words_of_undeclared(self.undeclared)}"
 
 
-def words_of_undeclared(names: Sequence[str]) -> str:
+def words_of_undeclared(names: Sequence[str], says: str = "if {} can") -> str:
     """Return the condition under which a requirement holds, as the end of a sentence; empty without one.
 
     Args:
         names: variables without `source` that the model assigns, so that they count as inputs. The requirement is
             violated if only the model changes them.
+        says: the beginning of the condition.
     """
     if not names:
         return ""
     listed = f"`{'`, `'.join(names)}`"
     they, have, them = ("it", "has", "it") if len(names) == 1 else ("they", "have", "them")
     return (
-        f", if {listed} can be changed from outside: {they} {have} no `source`; write `source: state` if only the "
-        f"model changes {them}"
+        f", {says.format(listed)} be changed from outside: {they} {have} no `source`; write `source: state` if only "
+        f"the model changes {them}"
     )
 
 
@@ -103,7 +104,7 @@ class CheckedRequirement(Struct, frozen=True):
         unjudged: how many other cases there are for which reason.
         decision: the answer; `None` if the model was not closed with `--requirements` and `--store`.
         off: why the model switches it off; empty if it does not.
-        undeclared: as in `words_of_undeclared`, where cases can rest on such variables.
+        undeclared: variables without `source` that the model assigns; cases are judged as if they were inputs.
     """
 
     name: str
@@ -136,7 +137,7 @@ class CheckedRequirement(Struct, frozen=True):
     @property
     def _case_words(self) -> str:
         reasons = ", ".join(f"{count} as {why.words}" for why, count in self.unjudged.items())
-        rests = words_of_undeclared(self.undeclared) if self.decision is None else ""
+        rests = words_of_undeclared(self.undeclared, "as if {} could") if self.decision is None else ""
         return f"checked in {counted(self.cases, 'case')}{f' (not in {reasons})' if reasons else ''}{rests}"
 
 
