@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from scbm.testing.campaign import Campaign, CaseResult
     from scbm.testing.campaign_result import MAX_SHRUNK, CampaignResult, Finding, find_causes
     from scbm.testing.campaign_results_json import FORMAT_VERSION, campaign_json, coverage_json
+    from scbm.testing.continuations.unjudged import Unjudged
     from scbm.testing.random_cases import RandomCases, draw_network
     from scbm.testing.random_streams import reaction_stream
     from scbm.testing.real_drivers import Answers
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from scbm.testing.shrinking.case_sizes import Choice, Size
     from scbm.testing.shrinking.shrinker import Shrinker, Shrunk
     from scbm.testing.tester import Execution, Tester
-    from scbm.testing.verdicts import Excuse, ExcuseRules, Failure, FailureKind, Outcomes, Unjudged, Verdict, judge
+    from scbm.testing.verdicts import Excuse, ExcuseRules, Failure, FailureKind, Outcomes, Verdict, judge
     from scbm.testing.written_cases import WrittenCase, case_texts, find_case_files, load_suite
 
 __all__ = [
@@ -73,6 +74,7 @@ __getattr__ = lazy_exports(
         "campaign": "Campaign CaseResult",
         "campaign_result": "MAX_SHRUNK CampaignResult Finding find_causes",
         "campaign_results_json": "FORMAT_VERSION campaign_json coverage_json",
+        "continuations.unjudged": "Unjudged",
         "shrinking.case_sizes": "Choice Size",
         "real_drivers": "Answers",
         "random_cases": "RandomCases draw_network",
@@ -80,7 +82,7 @@ __getattr__ = lazy_exports(
         "requirement_monitors": "Violation find_violations",
         "shrinking.shrinker": "Shrinker Shrunk",
         "tester": "Execution Tester",
-        "verdicts": "Excuse ExcuseRules Failure FailureKind Outcomes Unjudged Verdict judge",
+        "verdicts": "Excuse ExcuseRules Failure FailureKind Outcomes Verdict judge",
         "written_cases": "WrittenCase case_texts find_case_files load_suite",
     },
 )

@@ -35,10 +35,11 @@ from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN
 from scbm.running.lifecycle import parts_by_end
 from scbm.running.simulation.device_hazards import HazardKind
 from scbm.testing.continuations.reachable_goals import LIMIT_ENDS, ReachableGoals, UnknownReachabilityError
+from scbm.testing.continuations.unjudged import Unjudged
 from scbm.testing.request_moments import RequestMoment, find_moments
 from scbm.testing.request_protocol import RequestProtocol
 from scbm.testing.requirement_monitors import Violation
-from scbm.testing.verdicts import Unjudged, goal_runs
+from scbm.testing.verdicts import goal_runs
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

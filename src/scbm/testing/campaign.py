@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.running.simulation.device_hazards import Hazard
     from scbm.testing.batches.campaign_work import CaseSource
-    from scbm.testing.verdicts import Unjudged, Verdict
+    from scbm.testing.continuations.unjudged import Unjudged
+    from scbm.testing.verdicts import Verdict
 
 
 class CaseResult(Struct, frozen=True):

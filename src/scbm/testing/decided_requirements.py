@@ -10,7 +10,7 @@ from msgspec import Struct
 from scbm.model.requirements import BUILT_IN_NAMES, BuiltIn
 from scbm.model.sources import undeclared
 from scbm.model.visible_text import counted
-from scbm.testing.verdicts import Unjudged
+from scbm.testing.continuations.unjudged import Unjudged
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -41,13 +41,13 @@ from scbm.running.simulation import (
 )
 from scbm.testing.built_in_requirements import BuiltInJudge
 from scbm.testing.campaign import CaseResult
+from scbm.testing.continuations.unjudged import Unjudged
 from scbm.testing.random_streams import draw_plans, environment_stream, message_stream, reaction_stream
 from scbm.testing.recorded_results import RecordCheck, check_record, goals_to_record
 from scbm.testing.requirement_monitors import find_violations
 from scbm.testing.verdicts import (
     ExcuseRules,
     Outcomes,
-    Unjudged,
     Verdict,
     find_unused,
     impossible,

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scbm.running.simulation.device_hazards import Hazard
-    from scbm.testing.verdicts import Excuse, Failure, Unjudged, Verdict
+    from scbm.testing.continuations.unjudged import Unjudged
+    from scbm.testing.verdicts import Excuse, Failure, Verdict
 
 _Counted = TypeVar("_Counted")
 _Counts: TypeAlias = "tuple[tuple[_Counted, int], ...]"

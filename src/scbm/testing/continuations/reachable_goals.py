@@ -25,8 +25,8 @@ from scbm.running.untimed.situations import (
     world_bits,
 )
 from scbm.testing.continuations.continued_runs import MOST_SITUATIONS, ContinuedRuns, SearchTooLongError
+from scbm.testing.continuations.unjudged import Unjudged
 from scbm.testing.requirement_monitors import LIMIT_WORDS
-from scbm.testing.verdicts import Unjudged
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
