@@ -103,7 +103,7 @@ def test_one_case_file_is_a_suite_too(scbm: Scbm, wording: Wording) -> None:
 
 @pytest.mark.slow
 def test_what_is_undecided_makes_the_exit_code_1(scbm: Scbm) -> None:
-    few = ("--max-states", 5, "--max-random", 5, "--max-changes", 5)
+    few = ("--max-states", 5, "--max-planning", 5, "--max-random", 5, "--max-changes", 5)
     ran = scbm("close", BEFORE, *few)
     assert ran.code == 1
     assert "Undecided: " in ran.out
