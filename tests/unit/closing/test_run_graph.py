@@ -27,10 +27,11 @@ def test_a_graph_whose_planning_became_too_large_keeps_the_positions_that_were_f
 
 
 @pytest.mark.slow
-def test_closing_says_undecided_where_planning_became_too_large() -> None:
+def test_sets_decide_what_became_too_large_to_plan() -> None:
     model = random_model(MODEL)
     closing = Closer(model, replace(FEW_PLANNING_STATES, beyond=100)).close()
-    assert Decision.UNDECIDED in {decided.decision for decided in closing.decided}
+    assert Decision.UNDECIDED not in {decided.decision for decided in closing.decided}
+    assert "sets-canonical" in {decided.certificate for decided in closing.decided}
 
 
 def test_the_path_to_a_node_follows_the_edges_of_the_graph() -> None:
