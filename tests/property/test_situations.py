@@ -205,7 +205,7 @@ def test_steps_that_are_memoized_by_what_they_read_are_those_that_are_taken_one_
             runs.program,
             runs.relevance,
             runs.visits,
-            runs.program.test(goal),
+            goal,
             runs.answers.to(goal),
             runs.queues(goal),
             number=position,

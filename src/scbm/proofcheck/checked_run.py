@@ -119,6 +119,7 @@ class CheckedRun:
         self._rules = rules
         self._goal = goal
         self._plans = plans
+        self._planner_reads = rules.planner_reads(goal)
         self._deadline_has_passed = False
         self._automatic = 0
 
@@ -332,10 +333,10 @@ class CheckedRun:
         return self._take(operation.timedout, OperationState.TIMEDOUT)
 
     def _ask_plan(self) -> bool:
-        """Request a plan, unless a request is open or no plan exists from the present values (5.6)."""
+        """Request a plan, unless a request is open or nothing has changed for a planner that found none (5.6)."""
         if self.question is not None:
             return False
-        if self.unsolvable_in == self.values:
+        if self.unsolvable_in is not None and self.is_same_to_planner(self.unsolvable_in):
             if not self.in_flight and not self._rules.outside:
                 self.end(PlanState.UNSOLVABLE)
             return self.has_ended
@@ -350,6 +351,10 @@ class CheckedRun:
             )
         self.question = Question(self.values, answer)
         return True
+
+    def is_same_to_planner(self, values: Values) -> bool:
+        """Return whether the planner reads the same in these values as in the present ones (5.6)."""
+        return all(values[name] == self.values[name] for name in self._planner_reads)
 
     # the end
 

@@ -188,6 +188,20 @@ class GuardedRules:
         self.outside = OutsideRules(model, self.variables, [self._outside(each) for each in model.environment])
         self._automatic_rules = tuple(self._automatic(transition) for transition in model.automatic_transitions)
         self._known: dict[tuple[Value, ...], tuple[GuardedRule, Values] | None] = {}
+        self._planner_reads: dict[Predicate, tuple[str, ...]] = {}
+
+    def planner_reads(self, goal: Predicate) -> tuple[str, ...]:
+        """Return the variables whose change makes a runner without a plan ask again (5.6); memoized.
+
+        A variable that the certificate omits changes no answer of the planner, so asking again changes nothing then.
+        """
+        if goal not in self._planner_reads:
+            halves = [half for each in self.model.operations for half in (each.pre, each.post)]
+            read = dict.fromkeys([*goal.reads(), *(name for half in halves for name in half.g.reads())])
+            read |= {name: None for half in halves for action in half.a for name in action.reads()}
+            world = [variable.name for variable in self.model.running_space if not variable.role.is_runner]
+            self._planner_reads[goal] = tuple(name for name in world if name in read and name in self.variables)
+        return self._planner_reads[goal]
 
     def _outside(self, transition: EnvironmentTransition) -> GuardedRule:
         return self._acting(transition.name, transition.guard, transition.actions)

@@ -195,7 +195,9 @@ class Interpreter:
             return Situation(values, run.queue, in_flight, awaits)
         if isinstance(run.question.answer, PlansFound):
             return Situation(values, run.question.answer.queue, in_flight, Awaits.PLAN)
-        awaits = Awaits.UNSOLVABLE if run.question.asked_in == run.values else Awaits.STALE
+        asked_in = run.question.asked_in
+        is_fresh = asked_in is not None and run.is_same_to_planner(asked_in)
+        awaits = Awaits.UNSOLVABLE if is_fresh else Awaits.STALE
         return Situation(values, None, in_flight, awaits)
 
     def _finish(self, run: CheckedRun) -> CheckedStep:

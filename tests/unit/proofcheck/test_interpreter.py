@@ -207,6 +207,23 @@ def test_a_run_can_end_as_unsolvable_though_something_may_change_from_outside() 
     assert ended.visited == ("automatic/regrets",)
 
 
+def test_a_change_that_the_planner_does_not_read_leads_to_no_new_question() -> None:
+    """The planner reads `seen`, not `key`."""
+    text = LAMP.replace("resources:", "  key: {domain: [off, on], initial: off, source: input}\nresources:")
+    steps, model = interpreter(text + "  sees: {g: key == on && seen == 0 && lamp == lit, a: [seen <- 1]}\n")
+    asked = first_step(steps, model.nominal_state).situation
+    assert asked is not None
+    turned = steps.after(asked, OutsideEvent((("key", "on"),))).situation
+    assert turned is not None
+    assert turned.awaits is Awaits.UNSOLVABLE
+    waiting = steps.after(turned, PlannerAnswer()).situation
+    assert waiting is not None
+    assert waiting.awaits is Awaits.CHANGE
+    turned_back = steps.after(waiting, OutsideEvent((("key", "off"),))).situation
+    assert turned_back is not None
+    assert turned_back.awaits is Awaits.CHANGE
+
+
 def test_nothing_is_sent_after_the_end_of_a_run() -> None:
     """The goal holds, so the run ends at once. Then the key turns, and triggers a request."""
     text = LAMP.replace("resources:", "  key: {domain: [off, on], initial: off, source: input}\nresources:")

@@ -339,7 +339,7 @@ class AllRuns:
             self.program,
             self.relevance,
             self.visits,
-            self.program.test(goal),
+            goal,
             self.answers.to(goal),
             self.queues(goal),
             number=number,

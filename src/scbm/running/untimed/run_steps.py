@@ -49,7 +49,7 @@ from scbm.running.untimed.situations import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.model.packing import Test
+    from scbm.model import Predicate
     from scbm.planning import Answer
     from scbm.running import Program
     from scbm.running.compiled_steps import RequestLine
@@ -85,15 +85,18 @@ class _PlanQuestion(NamedTuple):
     visits: int
     gives_up: bool = False
 
-    def awaited(self, state: int) -> tuple[WaitsFor, int]:
+    def awaited(self, state: int, planner_reads: int) -> tuple[WaitsFor, int]:
         """Return what a run in `state` awaits while the question is open, and the queue of its position.
+
+        The planner finds none in a state that is the same to it as the one in which it was asked.
 
         A planner that will reach a limit counts as one that will find no plan: the run would end, and here it may go
         on.
         """
         if self.queue is not None:
             return WaitsFor.PLAN, self.queue
-        return WaitsFor.UNSOLVABLE if self.state == state else WaitsFor.STALE, 0
+        is_fresh = self.state is not None and not (self.state ^ state) & planner_reads
+        return WaitsFor.UNSOLVABLE if is_fresh else WaitsFor.STALE, 0
 
 
 class SettlingRun(Struct):
@@ -168,7 +171,7 @@ class RunSteps:
         program: Program,
         relevance: Relevance,
         visits: Visits,
-        goal: Test,
+        goal: Predicate,
         plan: Plan,
         queues: PlanQueues,
         bound: int = RunnerOptions().livelock_bound,
@@ -183,7 +186,7 @@ class RunSteps:
             program: the compiled model.
             relevance: the variables that can influence a run.
             visits: the meaning of the bits of visits.
-            goal: whether the goal holds in a packed state.
+            goal: the goal.
             plan: the planner's answers.
             queues: what is left of plans; goals may share canonical ones.
             bound: maximum number of automatic transitions that count together.
@@ -199,7 +202,8 @@ class RunSteps:
         self._bound = bound
         self._number = number
         self._is_sequence = is_sequence
-        self._steps = MicroSteps(program, goal, program.memoized_steps, self._most_memoized)
+        self._planner_reads = program.planner_reads(goal)
+        self._steps = MicroSteps(program, program.test(goal), program.memoized_steps, self._most_memoized)
         self._idle_steps = program.micro_steps(None)
         self._planning = program.plan_states[PlanState.PLANNING]
         self._executing = program.plan_states[PlanState.EXECUTING]
@@ -440,7 +444,7 @@ class RunSteps:
         following = next_in_plan(
             is_queued=run.queue != 0,
             is_asking=run.asked is not None,
-            is_unsolvable=run.unsolvable_in == run.state,
+            is_unsolvable=run.unsolvable_in is not None and not (run.unsolvable_in ^ run.state) & self._planner_reads,
             may_change=bool(run.in_flight or self._outside),
         )
         if following is _TAKE_NEXT:
@@ -495,7 +499,7 @@ class RunSteps:
     def _await_answer(self, run: SettlingRun) -> RunStep | None:
         """Wait for the planner if something else may come first. Else its answer is next, in the same step."""
         assert run.asked is not None  # noqa: S101 - that is why the run waits
-        position = run.position(*run.asked.awaited(run.state))
+        position = run.position(*run.asked.awaited(run.state, self._planner_reads))
         if run.in_flight or self._outside:
             return run.complete(position)
         if position in run.answered:

@@ -70,7 +70,7 @@ class ContinuedRuns:
                 self.program,
                 self.relevance(goal),
                 self._visits,
-                self.program.test(goal),
+                goal,
                 lambda state: self._answer(state, goal),
                 self._queues,
                 number=number,
