@@ -67,7 +67,9 @@ pictures_in_other_pythons() { # where they are installed; pictures are compared 
   local version python folder
   for version in 3.12 3.13; do
     step "pictures, drawn by Python $version"
-    python=$(command -v "python$version" || compgen -G "$HOME/.pyenv/versions/$version*/bin/python" | head -1) || true
+    python=$( (compgen -c "python$version"; compgen -G "$HOME/.pyenv/versions/$version*/bin/python") | while read -r each; do
+      if "$each" -c '' 2> /dev/null; then echo "$each"; break; fi  # a shim of pyenv may be there without its Python
+    done) || true
     [ -n "$python" ] || { echo "Python $version is not installed"; continue; }
     folder=$(mktemp -d)
     "$python" -m venv "$folder" && "$folder/bin/pip" install --quiet -e '.[testing,draw]' pytest-xdist
