@@ -21,6 +21,7 @@ from msgspec import Struct
 from scbm.closing.advice.doubts import Doubt, Unfinished, written_as
 from scbm.closing.advice.instant_operations import completes_at_once
 from scbm.closing.advice.unplanned_changes import PLANNED, with_unplanned_changes
+from scbm.closing.advice.unreachable_goals import root_of_unreachable
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.model import (
     And,
@@ -312,7 +313,8 @@ def _unreachable(name: str, goal: Predicate, exploration: PlanningExploration) -
     if len(lost) == len(exploration.starts):
         count = "any" if exploration.all_starts else f"any of {len(lost)}"
         message = f"no plan reaches the goal {name} from {count} initial state{'' if exploration.all_starts else 's'}"
-        yield Doubt(Slug.GOAL_UNREACHABLE, message, ("goals", name))
+        root = root_of_unreachable(exploration.planners.canonical, lost[0], goal)
+        yield Doubt(Slug.GOAL_UNREACHABLE, message, ("goals", name), root)
     elif lost:
         message = f"no plan reaches the goal {name} from {len(lost)} of {len(exploration.starts)} initial states"
         yield Doubt(Slug.GOAL_NOT_ALWAYS_REACHABLE, message, ("goals", name), f"one of them: {_drawn(lost[0])}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct
 
@@ -19,7 +19,7 @@ from scbm.closing.proofs.nearest_misses import (
 )
 from scbm.closing.summaries import listed
 from scbm.model import conjunction
-from scbm.model.sources import outside_values
+from scbm.model.sources import inputs, moved, outside_values
 from scbm.planning import explore
 
 if TYPE_CHECKING:
@@ -47,11 +47,24 @@ def why_unreachable(planner: Planner, start: State, goal: Predicate) -> tuple[st
         start: the state in which plans begin.
         goal: a goal that no plan reaches.
     """
+    return tuple(each.text for each in islice(_sentences(planner, start, goal), _MAX_LINES))
+
+
+def root_of_unreachable(planner: Planner, start: State, goal: Predicate) -> str | None:
+    """Return the first of all reasons that does not rest on another one; `None` if none is found."""
+    return next((each.text for each in _sentences(planner, start, goal) if each.is_root), None)
+
+
+def _sentences(planner: Planner, start: State, goal: Predicate) -> Iterator[_WhyNot]:
     task = planner.task(goal)
     reach = explore(task, [task.pack(start)], _MAX_STATES)
-    if not reach.complete:
-        return ()
-    return tuple(islice(_Chain(planner.model, task, reach.states).sentences(goal), _MAX_LINES))
+    if reach.complete:
+        yield from _Chain(planner.model, task, reach.states).sentences(goal)
+
+
+class _WhyNot(NamedTuple):
+    text: str
+    is_root: bool = False
 
 
 class _Chain(Struct, frozen=True):
@@ -67,18 +80,18 @@ class _Chain(Struct, frozen=True):
     task: Task
     states: Sequence[int]
 
-    def sentences(self, goal: Predicate) -> Iterator[str]:
+    def sentences(self, goal: Predicate) -> Iterator[_WhyNot]:
         """Yield a sentence for the goal, and for each operation on the way to it whose guard stays false."""
         miss = nearest_of(parts_of([goal]), self.states, self.task.packing)
         todo = [("the goal", miss)] if miss else []
         seen: dict[str, None] = {}
         while todo:
             what, miss = todo.pop(0)
-            yield miss.words(what, f" in {_number(self.states)}", "a plan")
+            yield _WhyNot(miss.words(what, f" in {_number(self.states)}", "a plan"))
             for state, lacking in self._lacking(miss):
                 changing = self._changing(lacking)
                 if not changing and lacking.reads():
-                    yield _unchanged(self.model, lacking)
+                    yield _WhyNot(_unchanged(self.model, lacking), is_root=True)
                 for operation in changing:
                     if operation.name in seen:
                         continue
@@ -130,7 +143,7 @@ class _Chain(Struct, frozen=True):
         miss = nearest_of(parts_of([operation.post.g]), after, packing)
         return None if miss is None else (f"the postcondition of {operation.name}", miss)
 
-    def _why_not(self, operation: Operation, lacking: Predicate, state: int, miss: NearestMiss) -> Iterator[str]:
+    def _why_not(self, operation: Operation, lacking: Predicate, state: int, miss: NearestMiss) -> Iterator[_WhyNot]:
         """Yield why an operation does not make a comparison hold in a state: its guard, or what else it changes."""
         packing = self.task.packing
         read = values_read(miss.never, state, packing)
@@ -140,14 +153,14 @@ class _Chain(Struct, frozen=True):
         if after is not None:
             broken = [part for part in miss.never if not part.holds(packing.values(after))]
             if broken and lacking.holds(packing.values(after)):
-                yield f"{operation.name} makes {lacking} true, but {in_words(broken)} false"
+                yield _WhyNot(f"{operation.name} makes {lacking} true, but {in_words(broken)} false", is_root=True)
             return
         own = nearest_of(parts_of([operation.pre.g]), equal, packing)
         if own is not None and self._is_nearer(operation, lacking, [state]):
             targets = [action.target for action in (*operation.pre.a, *operation.post.a)]
             names = listed([name for name in lacking.reads() if name in targets])
             needs = in_words(own.never)
-            yield f"with {listed_values(read)}, {operation.name} would change {names}, but needs {needs}"
+            yield _WhyNot(f"with {listed_values(read)}, {operation.name} would change {names}, but needs {needs}")
 
 
 def _number(states: Sequence[int]) -> str:
@@ -177,7 +190,17 @@ def _unchanged(model: BehaviorModel, part: Predicate) -> str:
     by_automatic = [name for name in part.reads() if name in others]
     no_operation = f"no operation makes {part} true"
     if outside:
-        return f"{no_operation}; {outside[0]} changes from outside, which plans do not count on"
+        name = outside[0]
+        if model.space[name].source is None and name in inputs(model) and name not in moved(model):
+            return f"{no_operation}: nothing assigns {name}, so it is an input; add an operation that assigns it"
+        return f"{no_operation}; {name} changes from outside, which plans do not count on"
+    measured = next(((r.name, name) for r in model.resources for name in part.reads() if name in r.measures), None)
+    if measured:
+        resource, name = measured
+        return (
+            f"{no_operation}; {resource} measures {name}, which plans do not count on: "
+            f"let an operation that asks {resource} assign the value that it should find"
+        )
     if by_automatic:
         return f"{no_operation}; an automatic transition changes {by_automatic[0]}, which plans do not count on"
     return f"{no_operation}: add one that assigns it, or plan from another state"

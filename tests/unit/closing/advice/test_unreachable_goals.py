@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.closing.advice.unreachable_goals import why_unreachable
+from scbm.closing.advice.unreachable_goals import root_of_unreachable, why_unreachable
 from scbm.files import read_model
 from scbm.planning import Planner
 from support.wording import Wording
@@ -113,3 +113,24 @@ def test_an_operation_that_moves_away_is_named_if_no_other_assigns_the_variable(
     model = read_model(STOPPING.replace("n += 1", "m += 1").replace("n < 5", "m == 0 && n == 1"))
     words = why_unreachable(Planner(model), model.nominal_state, model.goals[0][1])
     assert not any("no operation makes" in line for line in words)
+
+
+MEASURED = """
+behavior_model: belt
+variables:
+  item: {domain: [none, box], initial: none}
+  packed: {domain: bool, initial: false}
+resources: {eye: {measures: [item]}}
+operations:
+  look: {request: eye, guard: item == none, deadline: 2 s}
+  pack: {pre: {g: item == box}, post: {g: true, a: [packed <- true]}}
+goals: {packed: packed == true}
+"""
+
+
+def test_a_value_that_only_a_resource_measures_is_the_root_of_what_plans_cannot_do(wording: Wording) -> None:
+    model = read_model(MEASURED)
+    root = root_of_unreachable(Planner(model), model.nominal_state, model.goals[0][1])
+    assert root is not None
+    wording(root)
+    assert root == why_unreachable(Planner(model), model.nominal_state, model.goals[0][1])[-1]
