@@ -498,7 +498,7 @@ class Closer:
         self._progress("looking for suggestions")
         observed = ObservedStates(runs)
         self._suggestion_states = self._limits.planning * _PLANNED_FOR_SUGGESTIONS
-        oracles = Oracles(observed.can_hold, observed if observed.are_known else None, self._visits_for_last_goal)
+        oracles = Oracles(observed.can_hold, observed.where if observed.are_known else None, self._visits_for_last_goal)
         with _frozen_objects():
             suggestions = suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
         if self._suggestion_states <= 0:

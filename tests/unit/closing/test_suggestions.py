@@ -56,7 +56,7 @@ def _suggest(model: BehaviorModel, *uncoverable: str) -> tuple[Suggestion, ...]:
     runs = _runs_of(model)
     known = Obligations.of(model)
     missed = [o for o in known if (str(o) in uncoverable if uncoverable else not known.bit(o) & runs.visited)]
-    oracles = Oracles(runs.can_hold, runs.states, _visits)
+    oracles = Oracles(runs.can_hold, lambda each: filter(each.holds, runs.states), _visits)
     return suggest(model, missed, oracles, GoalSearch(model, Planner(model)))
 
 

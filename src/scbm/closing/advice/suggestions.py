@@ -65,13 +65,13 @@ class Oracles(Struct, frozen=True):
 
     Attributes:
         can_hold: whether a predicate holds in any state in which a run evaluates guards.
-        states: all these states, with all variables of the running space; `None` if they are not known. They are
-            iterated once for every automatic transition in question.
+        states_where: those of these states in which a predicate holds, with all variables of the running space; `None`
+            if they are not known.
         visits: what executed cases for the last goal of an extended model visit.
     """
 
     can_hold: Callable[[Predicate], bool]
-    states: Iterable[Mapping[str, Value]] | None
+    states_where: Callable[[Predicate], Iterable[Mapping[str, Value]]] | None
     visits: Callable[[BehaviorModel], TriedVisits]
 
 
@@ -251,7 +251,8 @@ class _Suggestions:
             found = _blaming((obligation,), what, blamed, "in any run", is_contradiction=is_contradiction)
             yield found if is_contradiction else replace(found, text=f"{found.text}; {_INTERLOCK}")
             return
-        before = shadowing(self._model, transition, self._oracles.states or ())
+        where = self._oracles.states_where
+        before = shadowing(self._model, transition, where(transition.running_guard)) if where else ()
         if before:
             goes = "always goes" if len(before) == 1 else "always go"
             text = (

@@ -70,7 +70,7 @@ def shadowing(model: BehaviorModel, transition: Transition, states: Iterable[Map
     Args:
         model: the model of the transitions.
         transition: an automatic transition of the model.
-        states: values for all variables of the running space.
+        states: values for all variables of the running space; those in which its guard does not hold may lack.
     """
     earlier = model.automatic_transitions[: model.automatic_transitions.index(transition)]
     first: dict[str, None] = {}

@@ -412,10 +412,10 @@ class ObservedStates:
             return self._values.can_hold(predicate)
         return any(map(self._runs.program.packing.test(predicate), self._runs.observed))
 
-    def __iter__(self) -> Iterator[Mapping[str, Value]]:
-        """Yield the states with all their variables; irrelevant variables have any value."""
-        for state in self._runs.observed:
-            yield self._runs.program.packing.values(state)
+    def where(self, predicate: Predicate) -> Iterator[Mapping[str, Value]]:
+        """Yield the states in which a predicate holds, with all variables; irrelevant ones have any value."""
+        packing = self._runs.program.packing
+        return map(packing.values, filter(packing.test(predicate), self._runs.observed))
 
     @cached_property
     def _values(self) -> ValueSets:
