@@ -259,3 +259,20 @@ def test_suggestions_come_in_the_order_of_the_obligations() -> None:
     numbers = [Obligations.of(read_model(LAMPS)).all.index(suggestion.obligations[0]) for suggestion in found]
     assert numbers == sorted(numbers)
     assert [suggestion.kind.value for suggestion in found] == ["instant", "shadowed", "guard"]
+
+
+ROUNDS = """
+behavior_model: rounds
+types: {place: [a, b, c, d, e, f]}
+variables: {at: {domain: [home, place], initial: home}}
+operations:
+  go[to in place]: {pre: {g: at == home}, post: {g: true, a: [at <- to]}}
+goals: {there: at == a}
+"""
+
+
+def test_goals_are_looked_for_for_a_few_instances_of_a_lifted_operation(wording: Wording) -> None:
+    closing = Closer(read_model(ROUNDS)).close()
+    goals = [each for each in closing.suggestions if each.kind is SuggestionKind.GOAL]
+    assert [each.name for each in goals] == ["needs_go.b", "needs_go.c", "needs_go.d"]
+    wording(goals[-1].text)

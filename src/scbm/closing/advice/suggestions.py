@@ -47,6 +47,9 @@ _INTERLOCK = "an interlock can stay as it is: it does not count as coverable"
 _MAX_TRIED = 10
 """Maximum number of goals that are verified for one operation."""
 
+_MAX_INSTANCES = 3
+"""Maximum number of instances of a lifted operation for which goals are looked for: others are much like them."""
+
 
 class TriedVisits(NamedTuple):
     """The obligations that cases visit which were tried for a changed model.
@@ -104,9 +107,32 @@ class _Suggestions:
         self._oracles = oracles
         self._search = search
         self._settled = dict.fromkeys(obligation for obligation, _, _ in structural_facts(model))
+        self._unplanned: dict[str, list[str]] = {}  # instances that no plan has, by the lifted operation
 
     def all(self) -> Iterator[Suggestion]:
         """Yield the suggestions, those for operations first."""
+        yield from self._and_alike([*self._for_operations()])
+        for transition in self._model.automatic_transitions:
+            obligation = Obligation(transition.name, Aspect.TAKEN)
+            if obligation in self._uncoverable:
+                yield from self._never_taken(transition, obligation)
+
+    def _and_alike(self, suggestions: Sequence[Suggestion]) -> Iterator[Suggestion]:
+        """Yield the suggestions; the last one about a goal for a lifted operation says which instances are left."""
+        last = {self._entry(each): each for each in suggestions if each.kind is SuggestionKind.GOAL}
+        for each in suggestions:
+            entry = self._entry(each)
+            left = self._unplanned.get(entry, [])[_MAX_INSTANCES:]
+            if left and last.get(entry) is each:
+                others = f"{len(left):,} more instances of {entry} are" if len(left) > 1 else f"{left[0]} is"
+                yield replace(each, text=f"{each.text}; {others} in no plan either")
+            else:
+                yield each
+
+    def _entry(self, suggestion: Suggestion) -> str:
+        return self._model.lifted_name("operations", suggestion.obligations[0].subject)
+
+    def _for_operations(self) -> Iterator[Suggestion]:
         for operation in self._model.operations:
             if self._misses(operation, Aspect.EXECUTING):
                 yield from self._never_executes(operation)
@@ -116,10 +142,6 @@ class _Suggestions:
             else:
                 yield from self._never_ends(operation)
             yield from self._lacks(operation)
-        for transition in self._model.automatic_transitions:
-            obligation = Obligation(transition.name, Aspect.TAKEN)
-            if obligation in self._uncoverable:
-                yield from self._never_taken(transition, obligation)
 
     def _misses(self, operation: Operation, aspect: Aspect) -> bool:
         return Obligation(operation.name, aspect) in self._uncoverable
@@ -189,7 +211,11 @@ class _Suggestions:
         )
 
     def _goal(self, operation: Operation) -> Iterator[Suggestion]:
-        """Suggest the first goal for which a run executes the operation."""
+        """Suggest the first goal for which a run executes the operation, for a few instances of a lifted one."""
+        alike = self._unplanned.setdefault(self._model.lifted_name("operations", operation.name), [])
+        alike.append(operation.name)
+        if len(alike) > _MAX_INSTANCES:
+            return
         first = tuple(o for o in self._open(operation) if o.aspect in (Aspect.EXECUTING, Aspect.QUEUED))
         name = goal_name(self._model, operation.name)
         for goal in islice(self._search.candidates(operation.name), _MAX_TRIED):

@@ -23,7 +23,7 @@ from scbm.cases.coverage import (
 )
 from scbm.closing import Decision
 from scbm.closing.advice.suggestions import grouped
-from scbm.closing.decisions import RequirementStatus
+from scbm.closing.decisions import RequirementStatus, SuggestionKind
 from scbm.closing.summaries import aspects_in_words, in_few_words, reason_about_it
 from scbm.model import format_moment
 from scbm.model.requirements import BUILT_IN_NAMES
@@ -385,7 +385,10 @@ def _suggestions(result: ClosingResult, columns: int) -> Iterator[Text]:
     if not suggestions:
         return
     yield from _head("Suggested changes")
-    lifted = (replace(each, text=folds.in_entries(each.text)) if each.name is None else each for each in suggestions)
+    specific = (SuggestionKind.GOAL, SuggestionKind.PLANS)  # their plans say which instances
+    lifted = (
+        each if each.kind in specific else replace(each, text=folds.in_entries(each.text)) for each in suggestions
+    )
     for suggestion in grouped(lifted):
         for words in in_few_words(suggestion.obligations, folds):
             yield from _wrapped(words, 2, columns, "")
