@@ -88,6 +88,24 @@ def test_decisions_agree_with_the_second_interpreter(number: int) -> None:
             assert (each.name, each.is_built_in) in [(v.requirement, v.is_built_in) for v in again.violations]
 
 
+@pytest.mark.longer
+@pytest.mark.parametrize("number", slow_beyond(1, (5, 2, 16, 22, 27)))
+def test_a_written_case_with_other_plans_shows_each_violation_that_they_have(number: int) -> None:
+    model = model_of(number)
+    decided = (
+        RequirementCloser(model, CloseLimits(), lambda _: None)
+        .decide(Campaign.of(model, ()), closing_of(model))
+        .decided
+    )
+    found = [each for each in decided if each.other_execution is not None]
+    assert found
+    for each in found:
+        assert each.other_execution is not None
+        assert each.status in (RequirementStatus.HOLDS_CANONICAL, RequirementStatus.UNDECIDED)
+        again = Tester(model).execute(read_case(write_case(each.other_execution.case, model, None), model))
+        assert (each.name, each.is_built_in) in [(v.requirement, v.is_built_in) for v in again.violations]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [23, 56])
 def test_models_with_drawn_plans_are_closed_and_written_cases_repeat_violations(number: int) -> None:

@@ -29,7 +29,7 @@ from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stag
 from scbm.closing.interruption import Interruption
 from scbm.closing.proofs.proofs import Proofs, explored_for_proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates
-from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
+from scbm.closing.scripts.case_plans import CasePlans, PlanEffort, with_canonical_plans
 from scbm.closing.scripts.case_search import (
     CaseSearch,
     Merit,
@@ -44,8 +44,7 @@ from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.closing.symbolic.reached_sets import NoSetError
 from scbm.closing.symbolic.set_proofs import SetProofs
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, RunPlans, Slug
-from scbm.model.requirements import BuiltIn
-from scbm.planning import DEFAULT_PLANNER, PlanCache, Planner, model_with_plans
+from scbm.planning import DEFAULT_PLANNER, PlanCache, Planner
 from scbm.testing import Campaign, Execution, Tester
 
 if TYPE_CHECKING:
@@ -119,7 +118,7 @@ class Closer:
         self._without_set: list[StageEnd] = []
         self._plans = CasePlans(model)
         # Cases are searched for under canonical plans, which do not depend on what is changed in a case.
-        self._tester = Tester(_with_canonical_plans(model), plans=self._plans)
+        self._tester = Tester(with_canonical_plans(model), plans=self._plans)
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], TriedVisits] = {}
         self._suggestion_states = 0
@@ -594,14 +593,6 @@ class _CaseVisits:
 
 def _freely(suite: Campaign) -> int:
     return reduce(or_, (visited for _, visited in suite.visited_freely), 0)
-
-
-def _with_canonical_plans(model: BehaviorModel) -> BehaviorModel:
-    """Return the model with canonical plans; what cases with drawn plans are not judged by is off."""
-    if model.runs.plans is RunPlans.CANONICAL:
-        return model
-    off = (*model.requirements_off, (BuiltIn.NON_BLOCKING.value, "plans are drawn"))
-    return replace(model_with_plans(RunPlans.CANONICAL, model), requirements_off=off)
 
 
 def _alone(execution: Execution, kept: Sequence[Execution], before: Merit) -> int:

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
 
 _CASES = "cases"
+_OTHER_PLANS = "other_plans"
+"""Cases with other plans than those of the planner violate what holds under these, so no suite should have them."""
+
 _CERTIFICATES = "certificates"
 _OWN = "# closed by scbm: "
 """The beginning of the first line of a case file that closing wrote."""
@@ -45,17 +48,24 @@ class ClosingFiles(Struct, frozen=True):
         cases: the files of the new cases, by name.
         certificates: the files of the certificates, by name.
         removed: files of an earlier closing that are outdated.
+        other_plans: the files of the cases with other plans than those of the planner, by name.
     """
 
     directory: Path
     cases: Mapping[str, Path]
     certificates: Mapping[str, Path]
     removed: tuple[Path, ...] = ()
+    other_plans: Mapping[str, Path] = {}
+
+    @property
+    def suite(self) -> Path:
+        """The directory of all cases that the runs of the planner pass or fail."""
+        return self.directory / _CASES if self.other_plans else self.directory
 
 
 def refuse_output(model_file: Path, directory: Path | None, store: Path | None, *, edits_model: bool) -> None:
     """Raise `InputError` if closing cannot write into its directory, or cannot edit the model that it has to."""
-    directories = [] if directory is None else [directory / _CASES, directory / _CERTIFICATES]
+    directories = [] if directory is None else [directory / name for name in (_CASES, _OTHER_PLANS, _CERTIFICATES)]
     edited = model_file if edits_model and model_file.is_file() else None
     FileWriter(edited=edited).refuse_outputs({"--write": edited}, {"--out": directories}, {"--store": store})
 
@@ -75,10 +85,16 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
     """
     from scbm.proofcheck import certificate_text  # noqa: PLC0415 - the formats of files, which few closings write
 
-    written = (*closing.cases, *closing.counterexamples)
-    cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in written}
+    made_cases = (*closing.cases, *closing.counterexamples)
+    cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in made_cases}
+    others = closing.cases_with_other_plans
+    other_plans = {made.case.name: directory / _OTHER_PLANS / f"{made.case.name}.yaml" for made in others}
     certificates = {name: directory / _CERTIFICATES / f"{name}{SUFFIX}" for name, _ in closing.certificates}
-    texts = {cases[made.case.name]: _case_text(made, closing.model, model_file, directory) for made in written}
+    paths = cases | other_plans
+    texts = {
+        paths[made.case.name]: _case_text(made, closing.model, paths[made.case.name], model_file)
+        for made in (*made_cases, *others)
+    }
     reasons = {str(decided.obligation): decided.reason for decided in closing.decided}
     for name, certificate in closing.certificates:
         shown = _seen_from(certificates[name].parent, model_file)
@@ -90,13 +106,13 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
     removed = tuple(path for path in before if path not in texts and real_path(path) not in kept)
     FileWriter([(path, "a case file") for path in suite], model_file).write_all(texts, overwrite=True)
     _remove(removed)
-    return ClosingFiles(directory, cases, certificates, removed)
+    return ClosingFiles(directory, cases, certificates, removed, other_plans)
 
 
-def _case_text(made: ClosingCase, model: BehaviorModel, model_file: Path, directory: Path) -> str:
+def _case_text(made: ClosingCase, model: BehaviorModel, path: Path, model_file: Path) -> str:
     from scbm.files import write_case  # noqa: PLC0415 - as above
 
-    shown = _seen_from(directory / _CASES, model_file)
+    shown = _seen_from(path.parent, model_file)
     return write_case(_recorded_case(made, model), model, shown, tuple(_comment(made, model)))
 
 
@@ -106,7 +122,7 @@ def _recorded_case(made: ClosingCase, model: BehaviorModel) -> Case:
     A replay under others is another run then. Else the trace is left out, since any change of the model changes it.
     """
     recorded = made.execution.recorded
-    if made.case.plans:  # they are shortest ones, and need not be canonical
+    if made.case.plans:  # they need not be canonical
         recorded = replace(recorded, planner=planner_of_random_runs(model))
     if model.planner == PlannerChoice():
         return replace(made.case, recorded=replace(recorded, trace=None) if recorded.goals else None)
@@ -117,6 +133,7 @@ def _comment(made: ClosingCase, model: BehaviorModel) -> Iterator[str]:
     """Yield what a case adds to the cases before it."""
     adds = " that adds" if made.adds_freely else ""
     violates = f" that violates {made.violates}" if made.violates else ""
+    violates += " with other plans than those of its planner" if made.has_other_plans else ""
     yield f"{_OWN.removeprefix('# ')}a case of {model.name}{adds}{violates}"
     for words in in_few_words(made.adds_freely):
         yield from wrap(words, _COLUMNS, initial_indent="  ", subsequent_indent="    ", break_long_words=False)
@@ -151,7 +168,8 @@ def _what_would_be_lost(path: Path, text: str, kept: Collection[Path], model_fil
 
 def _written_before(directory: Path, model_file: Path) -> Iterator[Path]:
     """Yield the files that an earlier closing of the model wrote."""
-    for path in (*_entries(directory / _CASES, ".yaml"), *_entries(directory / _CERTIFICATES, SUFFIX)):
+    cases = (path for name in (_CASES, _OTHER_PLANS) for path in _entries(directory / name, ".yaml"))
+    for path in (*cases, *_entries(directory / _CERTIFICATES, SUFFIX)):
         if _is_own(path) and _other_model(path, model_file) is None:
             yield path
             reasons = path.with_suffix(REASONS_SUFFIX)

@@ -95,6 +95,7 @@ def _requirements(closing: Closing, output: ClosingFiles | None) -> dict[str, An
         "situations": 0 if found is None else found.situations,
         "assumptions": [] if found is None else list(found.assumptions),
         "cases": [_case(made, output) for made in closing.counterexamples],
+        "other_plans": [_case(made, output) for made in closing.cases_with_other_plans],
     }
 
 
@@ -111,6 +112,7 @@ def decided_requirement_json(decided: DecidedRequirement, output: ClosingFiles |
         "option": decided.option,
         "certificate": certificate,
         "undeclared": list(decided.undeclared),
+        "other_plans": to_builtins(decided.other_plans),
     } | ({} if decided.case is None else {"case": decided.case})
 
 
@@ -143,5 +145,5 @@ def _case(made: ClosingCase, output: ClosingFiles | None) -> dict[str, Any]:
         "consequences": list(made.consequences),
         "notes": list(made.execution.notes),
         "simulated_seconds": made.execution.ended_ns / 1e9,
-        "file": None if output is None else str(output.cases[made.case.name]),
+        "file": None if output is None else str({**output.cases, **output.other_plans}[made.case.name]),
     }

@@ -15,7 +15,7 @@ from scbm.cases.coverage.assumptions import assumptions
 from scbm.cases.trace import End, InjectionApplied, PutBack, run_end
 from scbm.model import format_moment
 from scbm.running import describe_cycle
-from scbm.testing.decided_requirements import KnownDecision, RequirementStatus
+from scbm.testing.decided_requirements import KnownDecision, OtherPlans, RequirementStatus
 from scbm.testing.verdicts import Verdict, violation_of
 
 if TYPE_CHECKING:
@@ -80,7 +80,8 @@ class ClosingCase(Struct, frozen=True):
         execution: its run.
         adds: the obligations that no case before it visits, *queued* included, or that all of these visit by force.
         adds_by_force: those of them that it visits in a forced state only (semantics 9.10).
-        violates: the built-in requirement that it was made to violate; empty if it was made for obligations.
+        violates: the requirement that it was made to violate; empty if it was made for obligations.
+        has_other_plans: whether it violates it with other plans than those of the planner.
     """
 
     case: Case
@@ -88,6 +89,7 @@ class ClosingCase(Struct, frozen=True):
     adds: tuple[Obligation, ...]
     adds_by_force: tuple[Obligation, ...] = ()
     violates: str = ""
+    has_other_plans: bool = False
 
     @property
     def adds_freely(self) -> tuple[Obligation, ...]:
@@ -234,12 +236,21 @@ class Closing(Struct, frozen=True):
 
     @property
     def counterexamples(self) -> tuple[ClosingCase, ...]:
-        """The cases that violate built-in requirements, made small."""
+        """The cases that violate requirements, made small."""
         decided = () if self.requirements is None else self.requirements.decided
         return tuple(
             ClosingCase(each.execution.case, each.execution, (), violates=each.name)
             for each in decided
             if each.execution is not None
+        )
+
+    @property
+    def cases_with_other_plans(self) -> tuple[ClosingCase, ...]:
+        """The cases that violate requirements with other plans than those of the planner, made small."""
+        decided = () if self.requirements is None else self.requirements.decided
+        runs = ((each.name, each.other_execution) for each in decided)
+        return tuple(
+            ClosingCase(run.case, run, (), (), name, has_other_plans=True) for name, run in runs if run is not None
         )
 
     def bit(self, obligation: Obligation) -> int:
@@ -385,6 +396,8 @@ class DecidedRequirement(Struct, frozen=True):
         is_built_in: whether it is a built-in requirement; one of the user may be called alike.
         certificate: the name of its certificate; `None` if it has none.
         undeclared: as in `words_of_undeclared`; empty if the answer does not rest on such variables.
+        other_plans: what is known of other plans; `None` if the answer is about any plans, or no case violates it.
+        other_execution: the run of the case with other plans that violates it, if there is one.
     """
 
     name: str
@@ -396,6 +409,8 @@ class DecidedRequirement(Struct, frozen=True):
     is_built_in: bool = True
     certificate: str | None = None
     undeclared: tuple[str, ...] = ()
+    other_plans: OtherPlans | None = None
+    other_execution: Execution | None = None
 
     @property
     def holds(self) -> bool:
@@ -425,6 +440,15 @@ class RequirementDecisions(Struct, frozen=True):
     def left_to_cases(self) -> int:
         """The number of requirements that only cases judge; they do not count as undecided."""
         return sum(each.status is RequirementStatus.CASES_ONLY for each in self.decided)
+
+    @property
+    def not_decided_with_other_plans(self) -> dict[str, list[str]]:
+        """The requirements that hold under the plans of the planner alone, by why other plans are not decided."""
+        found: dict[str, list[str]] = {}
+        for each in self.decided:
+            if each.other_plans is not None and not each.other_plans.case:
+                found.setdefault(each.other_plans.reason, []).append(each.name)
+        return found
 
     def known(self, model: BehaviorModel) -> tuple[KnownDecision, ...]:
         """Return the decisions as stores keep them: those about requirements of the model and built-in ones."""

@@ -121,15 +121,16 @@ class DrawnPlans:
 
 
 class PreferredPlans:
-    """The plans of one run that repeats the plans of another run where they are shortest plans here, too.
+    """The plans of one run that repeats the plans of another run where they are plans here, too.
 
     Everywhere else they are canonical. The shrinker runs changed cases so: a plan that matters for a failure stays.
     """
 
-    def __init__(self, shortest: ShortestPlans, preferred: Sequence[RecordedPlan]) -> None:
-        """`preferred` are the answers of the other run, in the order of its questions."""
+    def __init__(self, shortest: ShortestPlans, preferred: Sequence[RecordedPlan], *, may_be_longer: bool) -> None:
+        """`preferred` are the answers of the other run, in the order of its questions; shortest plans, or any."""
         self._shortest = shortest
         self._preferred = iter(preferred)
+        self._may_be_longer = may_be_longer
 
     def plan(
         self,
@@ -138,10 +139,12 @@ class PreferredPlans:
         limits: PlanLimits = _DEFAULT_LIMITS,
         should_continue: ShouldContinue = always,
     ) -> Answer:
-        """Return the plan of the other run if it is a shortest one from this state, else the canonical answer."""
+        """Return the plan of the other run if it is such a plan from this state, else the canonical answer."""
         answer = self._shortest.plans.plan(state, goal, limits, should_continue)
         preferred = next(self._preferred, None)
-        if preferred is None or not isinstance(answer, Solved) or len(preferred.plan) != len(answer.plan):
+        if preferred is None or not isinstance(answer, Solved):
+            return answer
+        if len(preferred.plan) != len(answer.plan) and not self._may_be_longer:
             return answer
         flaw = self._shortest.planner.find_flaw(state, goal, preferred.plan)
         return answer if flaw is not None else replace(answer, plan=preferred.plan)

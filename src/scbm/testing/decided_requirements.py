@@ -42,6 +42,23 @@ _WORDS = {
 }
 
 
+class OtherPlans(Struct, frozen=True):
+    """What is known of a requirement in runs with other plans than those of the planner, which do not violate it.
+
+    Attributes:
+        case: the name of a case with such plans that violates it; empty if none does.
+        reason: how the case violates it, or why it is not known whether such a run does.
+    """
+
+    case: str = ""
+    reason: str = ""
+
+    @property
+    def words(self) -> str:
+        """What is known, as the end of a sentence; empty if no case violates it."""
+        return f"; {self.case} violates it with other plans" if self.case else ""
+
+
 class KnownDecision(Struct, frozen=True):
     """The answer of the last closing of a model about one requirement.
 

@@ -287,7 +287,8 @@ class Tester:
         Args:
             case: the case.
             most_records: maximum number of records; `None` for no limit.
-            preferred: plans that the run gets where they are shortest plans; only for a case that draws none.
+            preferred: plans that the run gets where they are plans, and shortest ones in a model with drawn plans; only
+                for a case that draws none.
 
         Raises:
             TooLongError: more happens than `most_records`.
@@ -425,11 +426,12 @@ class Tester:
 
     def _plans_of(self, case: Case, preferred: Sequence[RecordedPlan]) -> PlanSource | None:
         """Return what decides about plans beside the planner; `None` if the planner or the case decides alone."""
-        if self.model.runs.plans is not RunPlans.DRAWN or case.plans:
+        if case.plans:
             return None
-        if case.origin is not None:
+        is_drawn = self.model.runs.plans is RunPlans.DRAWN
+        if is_drawn and case.origin is not None:
             return DrawnPlans(self._shortest, draw_plans(case.origin))
-        return PreferredPlans(self._shortest, preferred) if preferred else None
+        return PreferredPlans(self._shortest, preferred, may_be_longer=not is_drawn) if preferred else None
 
     @cached_property
     def _shortest(self) -> ShortestPlans:

@@ -88,7 +88,8 @@ def test_decisions_about_other_runs_do_not_count(scbm: Scbm, lamp: Path, other: 
 
 
 def test_decisions_count_for_the_planner_of_the_model(scbm: Scbm, lamp: Path) -> None:
-    lamp.write_text(f"{LAMP}planner: greedy\n", encoding="utf-8")
+    other = "  blink: {request: relay, deadline: 5 s, guard: lamp == off, effects: [lamp <- on]}\ngoals:"
+    lamp.write_text(f"{LAMP.replace('goals:', other)}planner: greedy\n", encoding="utf-8")
     scbm("close", lamp, "--requirements", "--store", "s.db")
     for report in (scbm("test", lamp, "--cases", "3", "--store", "s.db"), scbm("report", "s.db")):
         assert words(report.out)["asked_first"].startswith("holds under the plans of this planner")

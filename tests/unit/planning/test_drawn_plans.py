@@ -117,7 +117,8 @@ def test_an_operation_is_left_out_if_the_planner_does_not_find_how_far_the_goal_
         assert answer.plan == ("pick_1", "place")
 
 
-def test_preferred_plans_are_used_where_they_are_shortest_ones() -> None:
+@pytest.mark.parametrize("may_be_longer", [False, True])
+def test_preferred_plans_are_used_where_they_are_shortest_ones_or_any(*, may_be_longer: bool) -> None:
     served = MODEL.goal("served")
     assert served is not None
     state = MODEL.nominal_state
@@ -127,7 +128,8 @@ def test_preferred_plans_are_used_where_they_are_shortest_ones() -> None:
         RecordedPlan("solved", ("place", "pick_2")),  # as short, and not valid
         RecordedPlan("unsolvable"),
     ]
-    plans = PreferredPlans(_shortest(), preferred)
+    plans = PreferredPlans(_shortest(), preferred, may_be_longer=may_be_longer)
     answers = [plans.plan(state, served) for _ in range(5)]
     found = [answer.plan for answer in answers if isinstance(answer, Solved)]
-    assert found == [("pick_2", "place"), *[("pick_1", "place")] * 4]
+    second = ("pick_3", "turn_3", "place") if may_be_longer else ("pick_1", "place")
+    assert found == [("pick_2", "place"), second, *[("pick_1", "place")] * 3]

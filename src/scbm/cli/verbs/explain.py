@@ -129,11 +129,12 @@ def _explain_requirements(
             out.lines([Text()] if number else [])
             lines = requirement_explanation(one, answer, data["nearest"], data["assumptions"], report_columns())
             out.lines(lines)
-            if answer.execution is not None:
-                out.lines(violation_picture(answer, suite.model))
-                replay = f"scbm replay {shown_path(f'{answer.case}.yaml')}"
-                first = f"Save this here as {answer.case}.yaml, then run:"
-                out.lines(case_lines(data["text"], replay, None, first))
+            shown = answer.execution or answer.other_execution
+            if shown is not None:
+                out.lines(violation_picture(answer, shown, suite.model))
+                file = f"{shown.case.name}.yaml"
+                first = f"Save this here as {file}, then run:"
+                out.lines(case_lines(data["text"], f"scbm replay {shown_path(file)}", None, first))
     if found.is_interrupted:
         return INTERRUPTED
     open_ = (RequirementStatus.UNDECIDED, RequirementStatus.VIOLATED)
@@ -148,7 +149,7 @@ def _described(
     suite: Suite,
 ) -> dict[str, Any]:
     """Return the answer about one requirement as JSON."""
-    execution = decided.execution
+    execution = decided.execution or decided.other_execution
     return {
         "requirement": decided_requirement_json(decided),
         "nearest": "" if asked.requirement is None else closer.nearest_miss(asked.requirement),

@@ -23,7 +23,7 @@ from scbm.running.untimed.situations import NO_GOAL, PLAN_LIMIT, TIME_LIMIT, Hap
 from scbm.testing.continuations.reachable_goals import LIMIT_ENDS, nominal_outside
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import Edge
@@ -73,10 +73,10 @@ class BlockingSearch:
         return tuple(found)
 
     @property
-    def rests(self) -> dict[int, None]:
-        """The packed states at rest that histories leave behind."""
+    def rests(self) -> dict[int, int]:
+        """The packed states at rest that histories leave behind, each with its node."""
         nodes = (node for node in self._nodes(self._is_of_history) if self._graph.is_at_rest(node))
-        return {self._graph.positions[node - 1].state: None for node in nodes}
+        return {self._graph.positions[node - 1].state: node for node in nodes}
 
     @cached_property
     def _open(self) -> tuple[int, ...]:
@@ -189,9 +189,12 @@ class BlockingSearch:
 
     # walks
 
-    def walks(self) -> Iterator[ViolatingWalk]:
-        """Yield walks that a case can show to states at rest after which goals are lost, the shortest first."""
-        blocked = {each.node: None for each in self.blocked}
+    def walks(self, lost: Container[int] | None = None) -> Iterator[ViolatingWalk]:
+        """Yield walks that a case can show to states at rest after which goals are lost, the shortest first.
+
+        `lost` are the nodes of these states, by default those of `blocked`.
+        """
+        blocked = {each.node: None for each in self.blocked} if lost is None else lost
         graph = self._graph
 
         def successors(node: int) -> Iterator[tuple[Edge, int]]:

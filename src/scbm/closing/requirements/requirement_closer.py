@@ -5,6 +5,8 @@ The graph of all runs decides where it is complete. What it finds violated count
 
 from __future__ import annotations
 
+from functools import partial
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -19,6 +21,7 @@ from scbm.closing.decisions import (
 from scbm.closing.interruption import Interruption
 from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.requirements.blocking_search import BlockingSearch
+from scbm.closing.requirements.other_plan_violations import TOO_MANY, OtherPlanViolations
 from scbm.closing.requirements.recovery_search import RecoverySearch
 from scbm.closing.requirements.request_monitor import RequestMonitor
 from scbm.closing.requirements.requirement_certificates import claim_of, requirement_certificates
@@ -31,9 +34,10 @@ from scbm.model.requirements import BuiltIn
 from scbm.model.sources import undeclared
 from scbm.planning import DEFAULT_PLANNER
 from scbm.testing.built_in_requirements import BUILT_INS
+from scbm.testing.continuations.reachable_goals import ReachableGoals, UnknownReachabilityError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scbm.closing.decisions import Closing
     from scbm.closing.requirements.recovery_search import MissedGoal
@@ -47,7 +51,9 @@ BESIDE = 4
 
 _NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
 _NOT_JUDGED = "a run with canonical plans violates it, and cases with drawn plans are not judged by it"
+_OTHERS_NOT_JUDGED = "a run with other plans violates it, and cases with drawn plans are not judged by it"
 _UNKNOWN_HELP = "a run waits, and the search was too long whether a change from outside leads it to its goal"
+_UNKNOWN_REACH = "the search was too long whether all goals can be reached after runs with other plans"
 _INTERRUPTED = "closing was interrupted"
 _IN_TIME = "recovers: a reply that comes is as fast as in the simulation, and no limit of time or plans ends the run."
 _NO_LIMITS = "non_blocking: no limit of time or plans ends a run before, and the planner {} plans what follows."
@@ -80,7 +86,9 @@ class RequirementCloser:
         self._interruption = interruption or Interruption()
         self._progress = self._interruption.checked(progress)
         self._cases = ViolatingCases(model, extra, limits.candidates, self._progress)
-        self._sentences = SentenceDecisions((*model.requirements, *extra), self._cases, limits, self._explored)
+        self._others = OtherPlanViolations(model, extra, limits.candidates, self._progress)
+        asked = (*model.requirements, *extra)
+        self._sentences = SentenceDecisions(asked, self._cases, self._others, limits, self._explored)
         self._open: dict[str, tuple[str, str | None]] = {}
         self._situations = 0
         self._is_any_waiting = self._is_any_livelocked = self._is_interrupted = False
@@ -102,7 +110,7 @@ class RequirementCloser:
         names = [case for case, _ in closing.after.cases]
         try:
             with self._interruption.stage():
-                self._cases.look_in(suite, closing)
+                self._cases.look_in(suite, closing, self._others.cases)
                 self._follow_runs(asked)
         except KeyboardInterrupt:
             self._is_interrupted = True
@@ -188,8 +196,12 @@ class RequirementCloser:
         if wanted:
             shown = self._with_canonical_plans(runs)
             search = ViolationSearch(shown, monitor, BESIDE * self._limits.situations)
-            self._cases.try_walks(shown, search.walks(tuple(key.name for key in wanted)), wanted)
+            names = tuple(key.name for key in wanted)
+            self._cases.try_walks(shown, search.walks(names), wanted)
             self._cases.try_random(wanted)
+            if shown is not runs:
+                search = ViolationSearch(runs, monitor, BESIDE * self._limits.situations)
+                self._others.show_drawn(runs, partial(search.walks, names), wanted, self._cases)
 
     def _judge_requests_of_any_plans(self, runs: AllRuns, monitor: RequestMonitor, held: Sequence[str]) -> None:
         """Decide whether runs with any plans satisfy what those with canonical plans do."""
@@ -197,17 +209,28 @@ class RequirementCloser:
         search = None if others is None else ViolationSearch(others, monitor, BESIDE * self._limits.situations)
         violated = () if search is None else search.violated()
         for name in held:
+            key = RequirementKey(name, is_built_in=True)
             if others is None or search is None or not search.is_complete or name in violated:
                 self._only_canonical.append(name)
+                self._others.leave_open(key)
             else:
-                self._proved[RequirementKey(name, is_built_in=True)] = others
+                self._proved[key] = others
+        wanted = [RequirementKey(name, is_built_in=True) for name in held if name in violated]
+        if others is not None and search is not None and wanted and others is not runs:
+            self._others.show(others, search.walks(tuple(key.name for key in wanted)), wanted)
 
     def _recovers_with_any_plans(self, runs: AllRuns) -> bool:
-        others = self._sentences.with_any_plans(runs)
+        others, key = self._sentences.with_any_plans(runs), RequirementKey(BuiltIn.RECOVERS.value, is_built_in=True)
         if others is None or others.stopped is not None:
+            self._others.leave_open(key)
             return False
         search = RecoverySearch(others, BESIDE * self._limits.situations)
-        return not search.missed() and search.is_complete and not search.is_any_unknown
+        missed = search.missed()
+        if missed:
+            self._others.show(others, map(search.walk, missed), (key,))
+        elif not search.is_complete or search.is_any_unknown:
+            self._others.leave_open(key, _UNKNOWN_HELP if search.is_any_unknown else TOO_MANY)
+        return not missed and search.is_complete and not search.is_any_unknown
 
     def _judge_recovery(self, runs: AllRuns) -> None:
         self._progress("following the runs with one failed or missing reply")
@@ -229,11 +252,12 @@ class RequirementCloser:
         self._is_any_waiting, self._is_any_livelocked = search.is_any_waiting, search.is_any_livelocked
         if missed and key not in self._cases:
             shown = self._with_canonical_plans(runs)
-            if shown is not runs:
-                search = RecoverySearch(shown, BESIDE * self._limits.situations)
-                missed = search.missed()
-            self._cases.try_walks(shown, map(search.walk, missed), (key,))
+            search_shown = search if shown is runs else RecoverySearch(shown, BESIDE * self._limits.situations)
+            missed_shown = missed if shown is runs else search_shown.missed()
+            self._cases.try_walks(shown, map(search_shown.walk, missed_shown), (key,))
             self._cases.try_random((key,))
+            if shown is not runs:
+                self._others.show_drawn(runs, partial(map, search.walk, missed), (key,), self._cases)
             others = [each.value for each in _HIDING if RequirementKey(each.value, is_built_in=True) in self._cases]
             if others:  # a run that violates these is not judged by `recovers`
                 self._open[name] = (f"after one fault a run may miss its goal; repair {others[0]} first", None)
@@ -258,8 +282,30 @@ class RequirementCloser:
                 self._rest_on_undeclared.append(name)
             is_certified = canonical.proves and not is_drawn  # the checker knows continuations of canonical plans alone
             self._continued = search if is_certified else None
-            if not self._sentences.leaves_behind_no_more(search.rests, canonical):
+            if not self._blocks_nothing_with_any_plans(search.rests, canonical):
                 self._only_canonical.append(name)
+
+    def _blocks_nothing_with_any_plans(self, rests: Mapping[int, int], canonical: AllRuns) -> bool:
+        """Return whether no history with any plans makes a goal unreachable; `rests` are those of canonical plans."""
+        others, key = self._sentences.with_any_plans(canonical), RequirementKey(BuiltIn.NON_BLOCKING.value, True)
+        if others is None or others.stopped is not None:
+            self._others.leave_open(key)
+            return False
+        search, reachable = BlockingSearch(others), ReachableGoals(self._model, canonical.program)
+        new = {state: node for state, node in search.rests.items() if state not in rests}
+        lost, unknown = list[int](), len(new) > self._limits.candidates
+        for state, node in islice(new.items(), self._limits.candidates):
+            try:
+                lost += [node] if reachable.lost_after(others.program.packing.values(state)) is not None else []
+            except UnknownReachabilityError:
+                unknown = True
+        if lost and self._model.runs.plans is RunPlans.DRAWN:
+            self._others.leave_open(key, _OTHERS_NOT_JUDGED)
+        elif lost:
+            self._others.show(others, search.walks(lost), (key,))
+        elif unknown:
+            self._others.leave_open(key, _UNKNOWN_REACH)
+        return not lost and not unknown
 
     def _with_canonical_plans(self, runs: AllRuns) -> AllRuns:
         """Return the runs that cases can follow: those of cases have canonical plans."""
@@ -282,11 +328,13 @@ class RequirementCloser:
             return DecidedRequirement(name, RequirementStatus.CASES_ONLY, _OF_DEVICES)
         if name in self._open:
             reason, option = self._open[name]
-            return DecidedRequirement(name, RequirementStatus.UNDECIDED, reason, option=option)
+            undecided = DecidedRequirement(name, RequirementStatus.UNDECIDED, reason, option=option)
+            return self._others.added_to(undecided, taken)
         is_canonical = name in self._only_canonical
         status = RequirementStatus.HOLDS_CANONICAL if is_canonical else RequirementStatus.HOLDS
         rests_on = self._undeclared if name in self._rest_on_undeclared else ()
-        return DecidedRequirement(name, status, self._where(name), undeclared=rests_on)
+        decided = DecidedRequirement(name, status, self._where(name), undeclared=rests_on)
+        return self._others.added_to(decided, taken)
 
     def _where(self, name: str) -> str:
         if not self._model.resources and name != BuiltIn.NON_BLOCKING.value:

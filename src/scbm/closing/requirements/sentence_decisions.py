@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
 from scbm.closing.proofs.blame import parts_of
 from scbm.closing.proofs.nearest_misses import nearest_miss, nearest_of
-from scbm.closing.requirements.blocking_search import BlockingSearch
 from scbm.closing.requirements.liveness_search import LivenessSearch
+from scbm.closing.requirements.other_plan_violations import TOO_MANY
 from scbm.closing.requirements.sentence_monitor import SentenceMonitor
 from scbm.closing.requirements.violating_cases import RequirementKey, failure_of
 from scbm.closing.requirements.violation_search import ViolationSearch
@@ -23,6 +23,7 @@ from scbm.running.untimed.relevance import Relevance
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from scbm.closing.requirements.other_plan_violations import OtherPlanViolations
     from scbm.closing.requirements.violating_cases import ViolatingCases
     from scbm.closing.requirements.violation_search import ViolatingWalk
     from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
@@ -69,18 +70,25 @@ class SentenceDecisions:
     """
 
     def __init__(
-        self, requirements: Sequence[Requirement], cases: ViolatingCases, limits: CloseLimits, explore: Explore
+        self,
+        requirements: Sequence[Requirement],
+        cases: ViolatingCases,
+        others: OtherPlanViolations,
+        limits: CloseLimits,
+        explore: Explore,
     ) -> None:
         """Decide nothing yet.
 
         Args:
             requirements: the requirements.
             cases: the cases that violate requirements.
+            others: the cases that violate them with other plans than those of the planner.
             limits: the limits of exploration and search.
             explore: returns all runs of a scope, within these limits or its own.
         """
         self._requirements = tuple(requirements)
         self._cases = cases
+        self._others = others
         self._limits = limits
         self._explore = explore
         self._answers: dict[str, SentenceAnswer] = {}
@@ -128,13 +136,6 @@ class SentenceDecisions:
         miss = nearest_of(parts_of((then.predicate,)), tuple(search.settled_states(then.memory)), runs.program.packing)
         return "" if miss is None else miss.words(_TO_VIOLATE, then.when)
 
-    def leaves_behind_no_more(self, rests: Mapping[int, None], runs: AllRuns) -> bool:
-        """Return whether histories with any plans leave no other states at rest behind than canonical plans do."""
-        others = self.with_any_plans(runs)
-        if others is None or others.stopped is not None:
-            return False
-        return all(rest in rests for rest in BlockingSearch(others).rests)
-
     def interrupt(self, reason: str) -> None:
         """Leave open what is not decided yet."""
         for requirement in self._requirements:
@@ -147,11 +148,25 @@ class SentenceDecisions:
         others = self.with_any_plans(runs) if held else None
         for requirement in held:
             proves = others
-            if others is None or self._answer(others, requirement).status is not RequirementStatus.HOLDS:
+            if not self._holds_with_any_plans(others, requirement):
                 where, proves = self._answers[requirement.name].reason, runs
                 self._answers[requirement.name] = SentenceAnswer(RequirementStatus.HOLDS_CANONICAL, where)
             if proves is not None and requirement.sentence.is_safety:
                 self.proved[RequirementKey(requirement.name)] = proves
+
+    def _holds_with_any_plans(self, runs: AllRuns | None, requirement: Requirement) -> bool:
+        """Return whether runs with any plans satisfy a requirement; show the violation with a case if they do not."""
+        key = RequirementKey(requirement.name)
+        if runs is None or (runs.stopped is not None and not requirement.sentence.is_safety):
+            self._others.leave_open(key)
+            return False
+        answer = self._answer(runs, requirement)
+        if answer.status is RequirementStatus.UNDECIDED and answer.option is None:
+            self._others.show(runs, self._walks(runs, requirement), (key,))
+        elif answer.status is not RequirementStatus.HOLDS:
+            is_judged = answer.status is RequirementStatus.UNDECIDED
+            self._others.leave_open(key, TOO_MANY if is_judged else answer.reason)
+        return answer.status is RequirementStatus.HOLDS
 
     def with_any_plans(self, runs: AllRuns) -> AllRuns | None:
         """Return the same runs with any plans; `None` if they are too many, as canonical plans are some of them."""
@@ -161,7 +176,7 @@ class SentenceDecisions:
         if self._any_plans is not None and self._any_plans.scope == scope:
             return self._any_plans
         most = self._limits.situations // _SHARE_OF_ANY_PLANS
-        if runs.situations > most or runs.other_planner is not None:
+        if runs.situations > most:
             return None
         self._any_plans = self._explore(scope, replace(self._limits, situations=most))
         return self._any_plans
@@ -176,6 +191,8 @@ class SentenceDecisions:
                 shown = self._explore(replace(runs.scope, plans=PlanSet.CANONICAL), None)
             self._cases.try_walks(shown, self._walks(shown, requirement), (key,))
             self._cases.try_random((key,))
+            if shown is not runs:
+                self._others.show_drawn(runs, partial(self._walks, runs, requirement), (key,), self._cases)
         return answer
 
     def _answer(self, runs: AllRuns, requirement: Requirement) -> SentenceAnswer:
@@ -222,7 +239,8 @@ class SentenceDecisions:
                 violated = RequirementStatus.VIOLATED
                 yield DecidedRequirement(name, violated, reason, execution.case.name, made, is_built_in=False)
             else:
-                yield DecidedRequirement(name, answer.status, answer.reason, option=answer.option, is_built_in=False)
+                open_ = DecidedRequirement(name, answer.status, answer.reason, option=answer.option, is_built_in=False)
+                yield self._others.added_to(open_, taken)
 
 
 def _predicates(requirements: Sequence[Requirement]) -> tuple[Predicate, ...]:

@@ -11,7 +11,8 @@ from scbm.cases import CaseLimits, Expectations
 from scbm.closing.requirements.endless_runs import EndlessRuns
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.closing.scripts.case_search import bounded
-from scbm.model import InputError, Outcome
+from scbm.closing.scripts.chosen_plans import ChosenPlans
+from scbm.model import InputError, Outcome, PlanSet, RunPlans
 from scbm.model.requirements import LeadsTo
 from scbm.planning import PlanCache
 from scbm.running.untimed.relevance import Relevance
@@ -55,7 +56,12 @@ class ViolatingCases:
     """
 
     def __init__(
-        self, model: BehaviorModel, extra: Sequence[Requirement], most: int, progress: Callable[[str], None]
+        self,
+        model: BehaviorModel,
+        extra: Sequence[Requirement],
+        most: int,
+        progress: Callable[[str], None],
+        suffix: str = "",
     ) -> None:
         """Know no case yet.
 
@@ -64,12 +70,14 @@ class ViolatingCases:
             extra: requirements beside those of the model, which each new case gets.
             most: the maximum number of cases that are tried for one requirement.
             progress: called with what is being done.
+            suffix: what the names of new cases have after the name of the requirement.
         """
         self.tester = Tester(model)
         self._model = model
         self._extra = tuple(extra)
         self._most = most
         self._progress = progress
+        self._suffix = suffix
         self._found: dict[RequirementKey, Execution] = {}
         self._written: list[str] = []
         requirements = (*model.requirements, *extra)
@@ -78,10 +86,11 @@ class ViolatingCases:
     def __contains__(self, key: RequirementKey) -> bool:
         return key in self._found
 
-    def look_in(self, suite: Campaign, closing: Closing) -> None:
+    def look_in(self, suite: Campaign, closing: Closing, others: ViolatingCases) -> None:
         """Keep the first run of the suite or of a new case that shows a violation of each requirement.
 
-        A case from a file shows the violation as it is: closing writes no other one.
+        A case from a file shows the violation as it is: closing writes no other one. `others` gets the cases with other
+        plans than those of the planner.
         """
         for cause in suite.summary.causes:
             failure = cause.failures[0]
@@ -90,11 +99,21 @@ class ViolatingCases:
                 if key in self._found:
                     break
                 execution = self.tester.execute(self._with_extra(suite.source.case(position)))
-                self.keep(execution)
+                cases = self if self._is_planned(execution) else others
+                cases.keep(execution)
                 if execution.case.origin is None:
-                    self._written.append(execution.case.name)
+                    cases._written.append(execution.case.name)  # noqa: SLF001 - of the same class
         for made in closing.cases:
             self.keep(self.tester.execute(self._with_extra(made.case)))  # it was made with canonical plans
+
+    def _is_planned(self, execution: Execution) -> bool:
+        """Return whether a run has plans of the planner of the model: those of its case may be other ones."""
+        case = execution.case
+        if not case.plans:
+            return True
+        preferred = case.plans if self._model.runs.plans is RunPlans.DRAWN else ()
+        again = bounded(self.tester, replace(case, plans=()), preferred=preferred)
+        return again is not None and again.answers == execution.answers
 
     def keep(self, execution: Execution | None) -> None:
         """Keep a run for each requirement that it violates, unless another one is known.
@@ -134,7 +153,8 @@ class ViolatingCases:
 
     def try_walks(self, runs: AllRuns, walks: Iterator[ViolatingWalk], keys: Sequence[RequirementKey]) -> None:
         """Run cases that follow walks until one violates each requirement."""
-        scripts = CaseScripts(self._model, runs.program, PlanCache(runs.planner))
+        chosen = ChosenPlans(runs) if runs.plans is PlanSet.ANY else None
+        scripts = CaseScripts(self._model, runs.program, PlanCache(runs.planner), chosen)
         by_name = {key.name: key for key in keys}
         tried = dict.fromkeys(by_name, 0)
         for walk in walks:
@@ -144,9 +164,19 @@ class ViolatingCases:
                 tried[walk.requirement] += 1
                 case = scripts.case(walk.path, walk.requirement, walk.missing)
                 if walk.goes_round:
-                    self.keep(bounded(self.tester, self._with_extra(_without_end(case))))
+                    self._try(_without_end(case))
                 if by_name[walk.requirement] not in self._found:
-                    self.keep(bounded(self.tester, self._with_extra(case)))
+                    self._try(case)
+
+    def _try(self, case: Case) -> None:
+        self.keep(self._run(self._with_extra(case)))
+
+    def _run(self, case: Case) -> Execution | None:
+        """Return the run of a case with the plans of the case as far as they are plans; its case has all plans then."""
+        execution = bounded(self.tester, replace(case, plans=()), preferred=case.plans)
+        if execution is None or not case.plans:
+            return execution
+        return replace(execution, case=replace(execution.case, plans=execution.answers))
 
     def try_random(self, keys: Iterable[RequirementKey]) -> None:
         """Run random cases until one violates each requirement, or they have many records."""
@@ -170,41 +200,33 @@ class ViolatingCases:
         execution = self._found[key]
         if execution.case.name in self._written:
             return execution, False
-        number = 1
-        while f"{key.name}-{number}" in taken:
+        base, number = f"{key.name}{self._suffix}", 1
+        while f"{base}-{number}" in taken:
             number += 1
-        taken.append(f"{key.name}-{number}")
+        taken.append(f"{base}-{number}")
         self._progress(f"making a case small that violates {key.name}")
         execution = self._without_delays(key, execution)
         try:
             shrinker = Shrinker(self.tester, accepts=partial(self._shows, key))
-            small = shrinker.shrink(execution, failure_of(key, execution), taken[-1])
-            return self._repeated(key, small.execution), True
+            small = shrinker.shrink(execution, failure_of(key, execution), taken[-1]).execution
         except UnshrinkableError:
-            return self.tester.execute(replace(execution.case, name=taken[-1])), True
-
-    def _repeated(self, key: RequirementKey, execution: Execution) -> Execution:
-        """Return the run of a case that violates a requirement again: with the plans of the run, if no others do."""
-        again = bounded(self.tester, execution.case)
-        if again is not None and self._shows(key, again):
-            return execution
-        return self.tester.execute(replace(execution.case, plans=execution.answers))
+            small = self.tester.execute(replace(execution.case, name=taken[-1]))
+        return small, True
 
     def _without_delays(self, key: RequirementKey, execution: Execution) -> Execution:
         """Return a run in which late replies are missing, if it violates the requirement; else the run as it is.
 
-        A missed goal is excused after a missing reply, and not after a late one. Drawn plans are those of a run with
-        its replies.
+        A missed goal is excused after a missing reply, and not after a late one.
         """
         case = execution.case
-        if case.plans or not any(map(_is_late, case.outcomes)):
+        if not any(map(_is_late, case.outcomes)):
             return execution
         rules = tuple(
             replace(rule, outcome=Outcome.TIMEOUT, latency_ns=None) if _is_late(rule) else rule
             for rule in case.outcomes
         )
         plain = case.with_goals([replace(goal, expect=Expectations()) for goal in case.goals])
-        other = bounded(self.tester, replace(plain, outcomes=rules))
+        other = self._run(replace(plain, outcomes=rules))
         return execution if other is None or not self._shows(key, other) else other
 
     def _with_extra(self, case: Case) -> Case:

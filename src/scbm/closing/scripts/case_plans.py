@@ -12,7 +12,11 @@ from contextlib import contextmanager
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from scbm.planning import PlanCache, Planner, PlanProblem, PlanRefusedError
+from msgspec.structs import replace
+
+from scbm.model import RunPlans
+from scbm.model.requirements import BuiltIn
+from scbm.planning import PlanCache, Planner, PlanProblem, PlanRefusedError, model_with_plans
 from scbm.planning.plan_answers import always
 
 if TYPE_CHECKING:
@@ -129,3 +133,11 @@ class CasePlans:
         self._budget -= expanded
         self.expanded += expanded
         return answer
+
+
+def with_canonical_plans(model: BehaviorModel) -> BehaviorModel:
+    """Return the model with canonical plans; what cases with drawn plans are not judged by is off."""
+    if model.runs.plans is RunPlans.CANONICAL:
+        return model
+    off = (*model.requirements_off, (BuiltIn.NON_BLOCKING.value, "plans are drawn"))
+    return replace(model_with_plans(RunPlans.CANONICAL, model), requirements_off=off)

@@ -20,10 +20,11 @@ from scbm.cases import (
     EnvironmentChange,
     Injection,
     OutcomeRule,
+    RecordedPlan,
 )
 from scbm.cases.trace import BecameCurrent, OperationStepped, RunStarted
 from scbm.model import Constant, Equal, OperationState, Outcome, Reference, State, conjunction
-from scbm.planning import PlanLimits, Solved
+from scbm.planning import NoPlanFound, PlanLimits, Solved
 from scbm.running import (
     AskPlan,
     CancelRequest,
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from scbm.cases import Reaction
     from scbm.cases.trace import Changes
     from scbm.closing.runs.walks import PathRun, RunPath
+    from scbm.closing.scripts.chosen_plans import ChosenPlans
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.planning import PlanCache
     from scbm.running import Program
@@ -97,16 +99,20 @@ class CaseScripts:
         plainly_failed: what a failed reply of each resource measures by default.
     """
 
-    def __init__(self, model: BehaviorModel, program: Program, plans: PlanCache) -> None:
+    def __init__(
+        self, model: BehaviorModel, program: Program, plans: PlanCache, chosen: ChosenPlans | None = None
+    ) -> None:
+        """`chosen` are the plans of paths on which it is decided how plans go on; else all plans are in `plans`."""
         self.model = model
         self.program = program
         self.plans = plans
+        self.chosen = chosen
         plain = PlainReactions()
         self.plain = {resource.name: plain.react(resource) for resource in model.resources}
         self.plainly_failed = {each.name: plainly_measured(each, Outcome.FAIL) or () for each in model.resources}
 
     def case(self, path: RunPath, name: str, missing: Iterable[str] = ()) -> Case:
-        """Return the case whose runs follow this path, with default behavior after it.
+        """Return the case whose runs follow this path, with default behavior after it, and with its chosen plans.
 
         Args:
             path: the path.
@@ -126,7 +132,8 @@ class CaseScripts:
         rules, injections = tuple(run.rules()), tuple(run.injections)
         case = Case(name, first.name, first.predicate, initial, rules, injections, limits=run.limits)
         environment = tuple(run.changes) or None
-        return replace(case, environment=environment, planning_ns=run.planning_ns).with_goals(goals)
+        case = replace(case, environment=environment, planning_ns=run.planning_ns, plans=run.chosen)
+        return case.with_goals(goals)
 
 
 def _goals(path: RunPath) -> tuple[CaseGoal, ...]:
@@ -153,6 +160,8 @@ class _ScriptedRun:
     def __init__(self, scripts: CaseScripts, path: RunPath, ends_ns: int | None = None, planning_ns: int = 0) -> None:
         self._path = path
         self._planner = scripts.plans
+        self._chosen = scripts.chosen
+        self._choices: dict[int, tuple[AskPlan, list[int]]] = {}
         self._plan_limits = PlanLimits.of(scripts.model)
         self._plain, self._plainly_failed = scripts.plain, scripts.plainly_failed
         options = RunnerOptions(_NEVER_NS if ends_ns is None else ends_ns, _AT_ONCE_PLANS)
@@ -192,6 +201,9 @@ class _ScriptedRun:
                 for happening in run.happenings:
                     if answers_alone:
                         self._answer_if_alone()
+                    if happening.kind is HappeningKind.NEXT:
+                        self._choose(happening.number)
+                        continue
                     self._go_on(is_at_rest=False)
                     self._happen(happening, run)
                 if answers_alone or run is self._path.runs[-1]:
@@ -233,6 +245,13 @@ class _ScriptedRun:
                 raise ValueError(f"no case is made of runs in which this happens: {happening.kind.value}")
             case _:
                 assert_never(happening.kind)
+
+    def _choose(self, number: int) -> None:
+        """Note how the last plan goes on; the runner had this plan since the answer."""
+        if not self._choices:
+            raise _StrayedError
+        del self._left[0]
+        self._choices[max(self._choices)][1].append(number)
 
     def _reach_time_limit(self, run: PathRun) -> None:
         """Let the time limit end a run; if it is not known yet, choose it and go no further."""
@@ -420,8 +439,19 @@ class _ScriptedRun:
         self._plans += 1
         answer = self._planner.plan(asked.state, asked.goal, self._plan_limits)
         plan = answer.plan if isinstance(answer, Solved) else ()
+        if self._chosen is not None and isinstance(answer, Solved):
+            self._choices[asked.ask] = (asked, [])
+            plan = self._chosen.plan(asked, [each.number for each in self._left if each.kind is HappeningKind.NEXT])
         self._now_ns = max(self._now_ns, self._asked_ns + self.planning_ns)
         self._handle(PlanAnswered(asked.ask, PlanStatus(answer.status), plan))
+
+    @property
+    def chosen(self) -> tuple[RecordedPlan, ...]:
+        """The chosen plans, by the numbers of questions; nothing where canonical plans are followed."""
+        if self._chosen is None or not self._choices:
+            return ()
+        plans = {ask: RecordedPlan(Solved.status, self._chosen.plan(*each)) for ask, each in self._choices.items()}
+        return tuple(plans.get(ask, RecordedPlan(NoPlanFound.status)) for ask in range(1, max(plans) + 1))
 
     def _handle(self, event: Event) -> None:
         """Let the runner handle an event now, and follow what it does."""

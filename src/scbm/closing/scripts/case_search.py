@@ -22,7 +22,7 @@ from scbm.running.simulation import TooLongError, UnplannedError, typical_ns
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.cases import Case
+    from scbm.cases import Case, RecordedPlan
     from scbm.cases.coverage import Obligation, Obligations
     from scbm.closing.runs.all_runs import AllRuns, CloseLimits
     from scbm.closing.runs.run_graph import RunGraph
@@ -213,19 +213,21 @@ class CaseSearch:
                 self._take(self.guided_path(obligation, bit))
 
 
-def bounded(tester: Tester, case: Case, most: int = _MAX_RECORDS) -> Execution | None:
+def bounded(
+    tester: Tester, case: Case, most: int = _MAX_RECORDS, preferred: Sequence[RecordedPlan] = ()
+) -> Execution | None:
     """Return the run of a case; `None` if it has more than `most` records, by default those that a test should have.
 
-    A run that asks for a plan that the source of plans refuses ends there: its case gets a limit of plans. `None` if
-    even the first plan is refused.
+    For `preferred` see `Tester.execute`. A run that asks for a plan that the source of plans refuses ends there: its
+    case gets a limit of plans. `None` if even the first plan is refused.
     """
     try:
-        return tester.execute(case, most)
+        return tester.execute(case, most, preferred)
     except TooLongError:
         return None
     except UnplannedError as error:
         plans = error.plans
-    return bounded(tester, replace(case, limits=replace(case.limits, plans=plans)), most) if plans else None
+    return bounded(tester, replace(case, limits=replace(case.limits, plans=plans)), most, preferred) if plans else None
 
 
 def without_leftovers(execution: Execution, tester: Tester) -> Execution:

@@ -340,6 +340,9 @@ def _requirements(closing: Closing, columns: int) -> Iterator[Text]:
     if found.left_to_cases:
         noun = counted(found.left_to_cases, "requirement")
         yield from _wrapped(f"{noun} judged by cases alone: the exit code does not depend on it", 2, columns, "")
+    for reason, names in found.not_decided_with_other_plans.items():
+        words = f"Not decided with other plans: {', '.join(names)}, as {reason}"
+        yield from _wrapped(words, 2, columns, "")
     if found.assumptions:
         followed = f"{counted(found.situations, 'situation')} of runs were followed"
         yield from _wrapped(f"{followed}. Answers `holds` {_certified(found)}assume:", 2, columns, "")
@@ -359,19 +362,20 @@ def _certified(found: RequirementDecisions) -> str:
 def status_words(decided: DecidedRequirement) -> str:
     """Return a decision in words."""
     where = f"{decided.reason}{words_of_undeclared(decided.undeclared)}"
+    others = "" if decided.other_plans is None else decided.other_plans.words
     match decided.status:
         case RequirementStatus.HOLDS:
             return f"holds {where}"
         case RequirementStatus.HOLDS_CANONICAL:
-            return f"holds under canonical plans {where}"
+            return f"holds under canonical plans {where}{others}"
         case RequirementStatus.HOLDS_PLANNER:
-            return f"holds under the plans of this planner {where}"
+            return f"holds under the plans of this planner {where}{others}"
         case RequirementStatus.CASES_ONLY:
             return f"judged by cases: {decided.reason}"
         case RequirementStatus.VIOLATED:
             return f"violated by {decided.case}"
         case RequirementStatus.UNDECIDED | RequirementStatus.OFF:
-            return f"{decided.status.value}: {decided.reason}"
+            return f"{decided.status.value}: {decided.reason}{others}"
         case _:
             assert_never(decided.status)
 
@@ -406,7 +410,7 @@ def _suggestions(result: ClosingResult, columns: int) -> Iterator[Text]:
 
 def _commands(result: ClosingResult) -> Iterator[Text]:
     closing, output = result.closing, result.output
-    cases = (*closing.cases, *closing.counterexamples)
+    cases = (*closing.cases, *closing.counterexamples, *closing.cases_with_other_plans)
     if output is None and (cases or closing.certificates):
         yield from _head("Save the result")
         made = [counted(len(cases), "case")] if cases else []
@@ -418,7 +422,8 @@ def _commands(result: ClosingResult) -> Iterator[Text]:
 
 
 def _written(output: ClosingFiles) -> str:
-    parts = [(len(output.cases), "case"), (len(output.certificates), "certificate")]
+    cases = len(output.cases) + len(output.other_plans)
+    parts = [(cases, "case"), (len(output.certificates), "certificate")]
     made = " and ".join(counted(count, noun) for count, noun in parts if count) or "nothing"
     removed = f"; {counted(len(output.removed), 'file')} of an earlier closing removed" if output.removed else ""
     return f"{made} below {output.directory}{removed}"
@@ -426,7 +431,7 @@ def _written(output: ClosingFiles) -> str:
 
 def _checks(result: ClosingResult, output: ClosingFiles) -> Iterator[Text]:
     """Yield the commands that run the written cases and check the written certificates."""
-    new = f" {shown_path(str(output.directory))}" if output.cases else ""
+    new = f" {shown_path(str(output.suite))}" if output.cases else ""
     suite = result.suite
     test, cases = f"scbm test {shown_path(str(suite.file))}", f"{suite.arguments}{new}{suite.drawing}"
     if cases:
@@ -436,6 +441,9 @@ def _checks(result: ClosingResult, output: ClosingFiles) -> Iterator[Text]:
     if suite.drawing:
         save = f"{test}{suite.drawing} --save {shown_path(str(output.directory / 'cases'))}"
         yield command_text("  ", save, f"adds the random cases before to {output.directory}")
+    if output.other_plans:
+        others = shown_path(str(next(iter(output.other_plans.values())).parent))
+        yield command_text("  ", f"{test} {others}", "shows what other plans violate")
     if output.certificates:
         files = list(output.certificates.values())
         path = files[0] if len(files) == 1 else files[0].parent

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from scbm.closing.explanations import Explanation, SearchedRuns, Visit
     from scbm.model import BehaviorModel, Requirement
     from scbm.reports.run.event_lines import EventLine
+    from scbm.testing import Execution
 
 _LINES = 8
 """Maximum number of log lines that are shown before and with a visit; the last line is the visit."""
@@ -95,7 +96,10 @@ def requirement_explanation(
         (BUILT_IN_NAMES | OPTIONAL_NAMES)[asked.name] if asked.requirement is None else str(asked.requirement.sentence)
     )
     yield Text(asked.name, style="bold").append(f": {says}", "not bold")
+    others = decided.other_plans
     parts = [status_words(decided), *([f"{decided.reason}"] if decided.case else []), *([miss] if miss else [])]
+    if others is not None:
+        parts.append(others.reason if others.case else f"not decided with other plans: {others.reason}")
     parts += [f"certificate: {decided.certificate}"] if decided.certificate else []
     for part in parts:
         yield from (Text(line) for line in wrapped(part, columns, "  ", 4))
@@ -107,10 +111,8 @@ def requirement_explanation(
             yield from (Text(line, style="dim") for line in wrapped(sentence, columns, " " * 6, 8))
 
 
-def violation_picture(decided: DecidedRequirement, model: BehaviorModel) -> Iterator[Text]:
+def violation_picture(decided: DecidedRequirement, execution: Execution, model: BehaviorModel) -> Iterator[Text]:
     """Yield the last lines of the log of the new case that violates a requirement, up to the violation."""
-    execution = decided.execution
-    assert execution is not None  # noqa: S101 - the caller knows that there is one
     about = (decided.name, decided.is_built_in)
     violation = next(each for each in execution.violations if (each.requirement, each.is_built_in) == about)
     yield Text("  The run until then:")

@@ -135,7 +135,7 @@ class Shrinker:
                 best = found
         kept = next(f for f in best.verdict.failures if _cause(f, best) == search.cause)
         after = size_of(best, kept, self._model)
-        return Shrunk(best, kept, before, after, search.runs, tuple(search.what_matters(best)))
+        return Shrunk(search.with_plans(best), kept, before, after, search.runs, tuple(search.what_matters(best)))
 
 
 def _is_needed(requirement: str, failure: Failure) -> bool:
@@ -179,7 +179,8 @@ class _ShrinkSearch:
         self._begins_broken = _begins_broken(original, failure)
         self._most_runs = most_runs
         self._most_of_one = _MORE_OF_ONE + 4 * len(original.trace.records)
-        self._drawn_plans = original.plans_to_keep if original.trace.planner.name == DRAWN_PLANS else ()
+        is_drawn = original.trace.planner.name == DRAWN_PLANS
+        self._plans = original.plans_to_keep if is_drawn else original.case.plans
         self._preferred: tuple[RecordedPlan, ...] = ()
         self._tried: dict[Case, None] = {}
         self._records = 0
@@ -188,10 +189,14 @@ class _ShrinkSearch:
     def start(self, case: Case) -> Execution | None:
         """Run the closed case; return it if it fails for the same reason, under canonical plans or those of its run."""
         found = self._fails(case)
-        if found is None and self._drawn_plans:
-            self._preferred = self._drawn_plans
+        if found is None and self._plans:
+            self._preferred = self._plans
             found = self._fails(case)
         return found
+
+    def with_plans(self, best: Execution) -> Execution:
+        """Return the run with its plans in the case, if those of the original run matter."""
+        return replace(best, case=replace(best.case, plans=best.answers)) if self._preferred else best
 
     def with_relative_times(self, best: Execution) -> Execution:
         """Return the run of the case with times that belong to events, if it fails for the same reason."""

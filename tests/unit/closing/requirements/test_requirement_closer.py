@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from scbm.cases import Case, CaseLimits, OutcomeRule
+from scbm.cases import Case, CaseLimits, OutcomeRule, RecordedPlan
 from scbm.cases.trace import End
 from scbm.closing import CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, RequirementStatus
@@ -325,8 +325,10 @@ def test_random_cases_that_take_hours_are_few(monkeypatch: pytest.MonkeyPatch) -
     records: list[int] = []
     execute = Tester.execute
 
-    def counted(self: Tester, case: Case, most: int | None = None) -> Execution:
-        execution = execute(self, case, most)
+    def counted(
+        self: Tester, case: Case, most: int | None = None, preferred: tuple[RecordedPlan, ...] = ()
+    ) -> Execution:
+        execution = execute(self, case, most, preferred)
         records.append(len(execution.trace.records))
         return execution
 
