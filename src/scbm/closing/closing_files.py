@@ -58,6 +58,11 @@ class ClosingFiles(Struct, frozen=True):
     other_plans: Mapping[str, Path] = {}
 
     @property
+    def files(self) -> dict[str, str]:
+        """The file of each written case, by its name."""
+        return {name: str(path) for name, path in (*self.cases.items(), *self.other_plans.items())}
+
+    @property
     def suite(self) -> Path:
         """The directory of all cases that the runs of the planner pass or fail."""
         return self.directory / _CASES if self.other_plans else self.directory

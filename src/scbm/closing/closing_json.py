@@ -101,18 +101,19 @@ def _requirements(closing: Closing, output: ClosingFiles | None) -> dict[str, An
 
 def decided_requirement_json(decided: DecidedRequirement, output: ClosingFiles | None = None) -> dict[str, Any]:
     """Return the decision about a requirement; it has the key `case` if a case violates it."""
-    certificate = decided.certificate
+    certificate, others = decided.certificate, decided.other_plans
     if output is not None and certificate is not None:
         certificate = str(output.certificates[certificate])
     return {
         "name": decided.name,
+        "sentence": decided.asked or None,
         "built_in": decided.is_built_in,
         "status": decided.status.value,
         "reason": decided.reason,
         "option": decided.option,
         "certificate": certificate,
         "undeclared": list(decided.undeclared),
-        "other_plans": to_builtins(decided.other_plans),
+        "other_plans": None if others is None else {"case": others.case or None, "reason": others.reason},
     } | ({} if decided.case is None else {"case": decided.case})
 
 
@@ -145,5 +146,5 @@ def _case(made: ClosingCase, output: ClosingFiles | None) -> dict[str, Any]:
         "consequences": list(made.consequences),
         "notes": list(made.execution.notes),
         "simulated_seconds": made.execution.ended_ns / 1e9,
-        "file": None if output is None else str({**output.cases, **output.other_plans}[made.case.name]),
+        "file": None if output is None else output.files[made.case.name],
     }

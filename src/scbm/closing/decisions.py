@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from scbm.cases.coverage import Decision, count_engines, count_statuses, coverable_figure
 from scbm.cases.coverage.assumptions import assumptions
@@ -19,7 +20,7 @@ from scbm.testing.decided_requirements import KnownDecision, OtherPlans, Require
 from scbm.testing.verdicts import Verdict, violation_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from scbm.cases import Case
     from scbm.cases.coverage import Coverage, Figure, Obligation
@@ -397,7 +398,8 @@ class DecidedRequirement(Struct, frozen=True):
         certificate: the name of its certificate; `None` if it has none.
         undeclared: as in `words_of_undeclared`; empty if the answer does not rest on such variables.
         other_plans: what is known of other plans; `None` if the answer is about any plans, or no case violates it.
-        other_execution: the run of the case with other plans that violates it, if there is one.
+        other_execution: the run of the case with other plans that violates it, if closing has made it.
+        asked: the sentence of a requirement of the command line; empty for others.
     """
 
     name: str
@@ -411,6 +413,7 @@ class DecidedRequirement(Struct, frozen=True):
     undeclared: tuple[str, ...] = ()
     other_plans: OtherPlans | None = None
     other_execution: Execution | None = None
+    asked: str = ""
 
     @property
     def holds(self) -> bool:
@@ -450,14 +453,17 @@ class RequirementDecisions(Struct, frozen=True):
                 found.setdefault(each.other_plans.reason, []).append(each.name)
         return found
 
-    def known(self, model: BehaviorModel) -> tuple[KnownDecision, ...]:
-        """Return the decisions as stores keep them: those about requirements of the model and built-in ones."""
-        own = [requirement.name for requirement in model.requirements]
-        return tuple(
-            KnownDecision(each.name, each.is_built_in, each.status, each.reason, each.case or "", each.undeclared)
-            for each in self.decided
-            if each.is_built_in or each.name in own
-        )
+    def known(self, files: Mapping[str, str]) -> tuple[KnownDecision, ...]:
+        """Return the decisions as stores keep them; `files` are those of cases, by name."""
+        found = []
+        for each in self.decided:
+            others, case = each.other_plans, each.case or ""
+            known = KnownDecision(
+                each.asked or each.name, each.is_built_in, each.status, each.reason, case, each.undeclared
+            )
+            others = None if others is None else replace(others, file=files.get(others.case, ""))
+            found.append(replace(known, file=files.get(case, ""), other_plans=others))
+        return tuple(found)
 
     @property
     def is_open(self) -> bool:

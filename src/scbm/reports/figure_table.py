@@ -88,6 +88,10 @@ def verdict_lines(cases: int, failed: int) -> Iterator[Text]:
         yield Text(f"  Verdicts: {cases - failed} passed, {failed} failed")
 
 
+_LONGEST_NAME = 40
+"""Number of characters beyond which what is known of a requirement does not stand beside its name."""
+
+
 def requirement_lines(found: Sequence[CheckedRequirement], columns: int) -> Iterator[Text]:
     """Yield a line for each requirement: how many cases check it, and what closing says; one for open built-in ones."""
     rows, alike = [], dict[str, list[str]]()
@@ -99,9 +103,13 @@ def requirement_lines(found: Sequence[CheckedRequirement], columns: int) -> Iter
     rows += [("built-in", f"{', '.join(names)}: {words}") for words, names in alike.items()]
     if rows:
         yield Text("  Requirements:")
-    width = max((len(name) for name, _ in rows), default=0)
+    width = max((len(name) for name, _ in rows if len(name) <= _LONGEST_NAME), default=0)
     for name, words in rows:
-        for number, line in enumerate(wrap(words, max(20, columns - width - 6))):
+        if len(name) > _LONGEST_NAME:  # a sentence of the command line
+            yield from map(Text, wrapped(name, columns, "    ", 6))
+            yield from map(Text, wrapped(words, columns, "      ", 6))
+            continue
+        for number, line in enumerate(wrapped(words, max(20, columns - width - 6), "", 0)):
             yield Text(f"    {'' if number else name:<{width}}  {line}")
 
 

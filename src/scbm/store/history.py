@@ -14,6 +14,7 @@ from scbm.cases.coverage import Coverage, LiftedStatuses, Obligations, Statuses
 from scbm.cases.trace import End
 from scbm.model import FIRST_PLANNER
 from scbm.store.stored_mutants import find_evidence
+from scbm.testing import Unjudged
 from scbm.testing.decided_requirements import checked_requirements
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from scbm.store.smallest_cases import SmallestCase
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.store.stored_mutants import StoredMutation
-    from scbm.testing import Excuse, Unjudged, Verdict
+    from scbm.testing import Excuse, Verdict
     from scbm.testing.decided_requirements import CheckedRequirement, KnownDecision
 
 
@@ -263,7 +264,13 @@ class History(Struct, frozen=True, dict=True):
         """What cases and closing say of requirements."""
         cases = [case for case in self.cases if not case.is_earlier]
         unjudged = Counter(case.unjudged for case in cases if case.unjudged is not None)
-        return checked_requirements(self.model, self.decisions, len(cases), unjudged)
+        own = [requirement.name for requirement in self.model.requirements]
+        asked = {each.name: (0, 0) for each in self.decisions if not each.is_built_in and each.name not in own}
+        for case in cases:
+            for sentence in dict.fromkeys(sentence for _, sentence in case.recipe.requirements):
+                count, without = asked.get(sentence, (0, 0))
+                asked[sentence] = count + 1, without + (case.unjudged is Unjudged.NO_RUN)
+        return checked_requirements(self.model, self.decisions, len(cases), unjudged, asked)
 
     @property
     def waivers(self) -> tuple[Waiver, ...]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-TABLES_VERSION = 18
+TABLES_VERSION = 19
 """The version of the tables, which SQLite keeps in the header as `user_version`. Each change of them increments it."""
 
 
@@ -284,7 +284,9 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("model", "INTEGER NOT NULL REFERENCES model", "the model that was closed: a row of `model`"),
             StoreColumn("planner", "TEXT NOT NULL", "the name of the planner of its runs; `drawn` for drawn plans"),
             StoreColumn("goals", "TEXT NOT NULL", "how many goals its runs have: `single` or `sequence`"),
-            StoreColumn("name", "TEXT NOT NULL", "the name of the requirement"),
+            StoreColumn(
+                "name", "TEXT NOT NULL", "the name of the requirement; of one that `--require` gave, its sentence"
+            ),
             StoreColumn("is_built_in", "INTEGER NOT NULL", "1 for a built-in requirement, else 0"),
             StoreColumn(
                 "status",
@@ -298,6 +300,13 @@ TABLES: dict[str, StoreTable] = {
                 "TEXT NOT NULL",
                 "the variables without `source` that have to change from outside for it to hold: names with"
                 " blanks between them, or empty",
+            ),
+            StoreColumn("file", "TEXT NOT NULL", "the file of this case, as closing wrote or read it, or empty"),
+            StoreColumn(
+                "other_plans",
+                "TEXT",
+                "JSON, if it is not known to hold with any plans: of a case with other plans than the planner's that"
+                " violates it `case`, its `file`, and how (`reason`); without one why that is not decided (`reason`)",
             ),
             StoreColumn("closed", "TEXT NOT NULL", "when the model was closed, as `started` of `run`"),
         ),

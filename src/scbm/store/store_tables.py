@@ -27,9 +27,11 @@ from scbm.store.store_schema import TABLES
 from scbm.store.stored_evidence import (
     StoredCertificate,
     StoredDecision,
+    other_plans_text,
     read_certificate_row,
     read_excuses_text,
     read_hazards_text,
+    read_other_plans_text,
     read_waivers_text,
 )
 from scbm.testing import Failure, FailureKind, Unjudged, Verdict
@@ -237,13 +239,22 @@ class Tables:
     def decisions(self) -> Iterator[tuple[int, StoredDecision]]:
         """Yield each answer about a requirement with the id of its model, in the order of their names."""
         rows = self._connection.execute(
-            "SELECT model, planner, goals, name, is_built_in, status, reason, test_case, undeclared, closed"
-            " FROM decision ORDER BY name, is_built_in, key"
+            "SELECT model, planner, goals, name, is_built_in, status, reason, test_case, undeclared, file, other_plans,"
+            " closed FROM decision ORDER BY name, is_built_in, key"
         )
-        for model, planner, goals, name, is_built_in, status, reason, case, undeclared, closed in rows:
+        for model, planner, goals, name, is_built_in, status, reason, case, undeclared, file, others, closed in rows:
             texts = _text(name), bool(is_built_in), RequirementStatus(status), _text(reason), _text(case)
-            decision = KnownDecision(*texts, tuple(_text(undeclared).split()))
-            yield model, StoredDecision(decision, _text(planner), GoalOrder(goals), _moment(closed))
+            other_plans = read_other_plans_text(others)
+            if other_plans is not None:
+                other_plans = replace(other_plans, is_kept=self._has_case(other_plans.case))
+            more = tuple(_text(undeclared).split()), _text(file), other_plans, self._has_case(_text(case))
+            yield model, StoredDecision(KnownDecision(*texts, *more), _text(planner), GoalOrder(goals), _moment(closed))
+
+    def _has_case(self, name: str) -> bool:
+        """Return whether there is a case with a name."""
+        return bool(name) and self._connection.execute(
+            "SELECT EXISTS (SELECT 1 FROM test_case WHERE name = ?)", (name,)
+        ).fetchone() == (1,)
 
     def visits(self) -> Iterator[tuple[bytes, str, int]]:
         """Yield key, name and visited obligations of each case, in the order of runs and of positions in them.
@@ -390,12 +401,14 @@ class Tables:
         key = sha256("\0".join(parts).encode()).digest()[:16]
         self._connection.execute(
             "INSERT INTO decision (key, model, planner, goals, name, is_built_in, status, reason, test_case,"
-            " undeclared, closed) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET"
-            " status = excluded.status, reason = excluded.reason, test_case = excluded.test_case,"
-            " undeclared = excluded.undeclared, closed = excluded.closed WHERE excluded.closed > closed",
+            " undeclared, file, other_plans, closed) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+            " ON CONFLICT (key) DO UPDATE SET status = excluded.status, reason = excluded.reason,"
+            " test_case = excluded.test_case, undeclared = excluded.undeclared, file = excluded.file,"
+            " other_plans = excluded.other_plans, closed = excluded.closed WHERE excluded.closed > closed",
             (
                 *(key, model, stored.planner, stored.goals.value, decision.name, decision.is_built_in),
-                *(decision.status.value, decision.reason, decision.case, " ".join(decision.undeclared), stored.closed),
+                *(decision.status.value, decision.reason, decision.case, " ".join(decision.undeclared)),
+                *(decision.file, other_plans_text(decision.other_plans), stored.closed),
             ),
         )
 

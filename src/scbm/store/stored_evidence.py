@@ -17,6 +17,7 @@ from scbm.model.json_reader import convert_json, read_json
 from scbm.running.simulation.device_hazards import Hazard
 from scbm.store.packed_logs import packed_log, unpacked_log
 from scbm.testing import Excuse
+from scbm.testing.decided_requirements import OtherPlans
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -86,6 +87,18 @@ class StoredDecision(Struct, frozen=True):
     planner: str
     goals: GoalOrder
     closed: str
+
+
+def other_plans_text(others: OtherPlans | None) -> str | None:
+    """Return what is known of other plans as JSON; `None` for nothing."""
+    if others is None:
+        return None
+    return json.dumps({"case": others.case, "file": others.file, "reason": others.reason}, ensure_ascii=False)
+
+
+def read_other_plans_text(text: str | None) -> OtherPlans | None:
+    """Return what is known of other plans. Raises `ValueError` if it is damaged."""
+    return None if text is None else convert_json(read_json(text, _MAX_JSON_CHARACTERS), OtherPlans)
 
 
 def read_certificate_row(row: tuple[str, bytes, str, str], *, is_earlier: bool) -> StoredCertificate:

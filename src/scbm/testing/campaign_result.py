@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from scbm.cases.coverage import LiftedStatuses, Statuses
 from scbm.model.visible_text import shown_path
 from scbm.testing.batches.campaign_runs import StopRule
+from scbm.testing.continuations.unjudged import Unjudged
 from scbm.testing.decided_requirements import checked_requirements
 from scbm.testing.shrinking.shrinker import Shrinker, UnshrinkableError
 
@@ -128,8 +129,10 @@ class CampaignResult(Struct, frozen=True):
     @property
     def requirements(self) -> tuple[CheckedRequirement, ...]:
         """What cases and closing say of requirements."""
-        unjudged = dict(self.campaign.summary.unjudged)
-        return checked_requirements(self.model, self.decisions, self.campaign.count, unjudged)
+        unjudged, count = dict(self.campaign.summary.unjudged), self.campaign.count
+        of_asked = count, unjudged.get(Unjudged.NO_RUN, 0)
+        asked = {str(requirement.sentence): of_asked for requirement in self.suite.requirements}
+        return checked_requirements(self.model, self.decisions, count, unjudged, asked)
 
     @property
     def model(self) -> BehaviorModel:

@@ -39,6 +39,7 @@ def requirement_json(checked: CheckedRequirement) -> dict[str, Any]:
     return {
         "name": checked.name,
         "built_in": checked.is_built_in,
+        "asked": checked.is_asked,
         "cases": checked.cases,
         "unjudged": {why.value: count for why, count in checked.unjudged.items()},
         "off": checked.off or None,

@@ -48,27 +48,53 @@ class OtherPlans(Struct, frozen=True):
     Attributes:
         case: the name of a case with such plans that violates it; empty if none does.
         reason: how the case violates it, or why it is not known whether such a run does.
+        file: the file of the case, if closing has written one.
+        is_kept: whether the store has a case of this name.
     """
 
     case: str = ""
     reason: str = ""
+    file: str = ""
+    is_kept: bool = False
 
     @property
     def words(self) -> str:
         """What is known, as the end of a sentence; empty if no case violates it."""
-        return f"; {self.case} violates it with other plans" if self.case else ""
+        return f"; with other plans violated by {self.case}" if self.case else ""
+
+    @property
+    def stored_words(self) -> str:
+        """The same in a report of a store, with the place of the case."""
+        return f"{self.words}{_place_of(self.file, is_kept=self.is_kept)}" if self.case else ""
+
+    @property
+    def long_words(self) -> str:
+        """What is known, with the reason, as the end of a sentence."""
+        if self.case:
+            return f"{self.stored_words}: {self.reason}"
+        return f"; not decided with other plans: {self.reason}"
+
+
+def _place_of(file: str, *, is_kept: bool) -> str:
+    """Return the place of a case that closing names, where it is not in the store."""
+    if is_kept:
+        return ""
+    return f" ({file})" if file else " (not in this store: add `--out` to `scbm close`)"
 
 
 class KnownDecision(Struct, frozen=True):
     """The answer of the last closing of a model about one requirement.
 
     Attributes:
-        name: its name.
+        name: its name; of a requirement of the command line its sentence.
         is_built_in: whether it is a built-in requirement; one of the user may be called alike.
         status: the answer.
         reason: where it holds, how the case violates it, or why it is open.
         case: the name of the case that violates it; empty for none.
         undeclared: as in `words_of_undeclared`; empty if the answer does not rest on such variables.
+        file: the file of the case, if it has one.
+        other_plans: what is known of other plans; `None` if there is no more to say.
+        is_kept: whether the store has a case of this name.
     """
 
     name: str
@@ -77,20 +103,25 @@ class KnownDecision(Struct, frozen=True):
     reason: str
     case: str = ""
     undeclared: tuple[str, ...] = ()
+    file: str = ""
+    other_plans: OtherPlans | None = None
+    is_kept: bool = False
 
     @property
     def words(self) -> str:
         """The answer in few words."""
         if self.case:
-            return f"violated by {self.case}"
-        return f"{_WORDS[self.status]}{words_of_undeclared(self.undeclared)}"
+            return f"violated by {self.case}{_place_of(self.file, is_kept=self.is_kept)}"
+        others = "" if self.other_plans is None else self.other_plans.stored_words
+        return f"{_WORDS[self.status]}{words_of_undeclared(self.undeclared)}{others}"
 
     @property
     def long_words(self) -> str:
         """The answer with its reason."""
         if self.case:
-            return f"violated by {self.case}: {self.reason}"
-        return f"{_WORDS[self.status]}: {self.reason}{words_of_undeclared(self.undeclared)}"
+            return f"{self.words}: {self.reason}"
+        others = "" if self.other_plans is None else self.other_plans.long_words
+        return f"{_WORDS[self.status]}: {self.reason}{words_of_undeclared(self.undeclared)}{others}"
 
 
 def words_of_undeclared(names: Sequence[str], says: str = "if {} can") -> str:
@@ -115,13 +146,14 @@ class CheckedRequirement(Struct, frozen=True):
     """A requirement with the number of cases that check it, and the answer of closing.
 
     Attributes:
-        name: its name.
+        name: its name; of a requirement of the command line its sentence.
         is_built_in: as in `KnownDecision`.
         cases: how many cases check it.
         unjudged: how many other cases there are for which reason.
         decision: the answer; `None` if the model was not closed with `--requirements` and `--store`.
         off: why the model switches it off; empty if it does not.
         undeclared: variables without `source` that the model assigns; cases are judged as if they were inputs.
+        is_asked: whether the command line has given it.
     """
 
     name: str
@@ -131,6 +163,7 @@ class CheckedRequirement(Struct, frozen=True):
     decision: KnownDecision | None = None
     off: str = ""
     undeclared: tuple[str, ...] = ()
+    is_asked: bool = False
 
     @property
     def is_notable(self) -> bool:
@@ -159,15 +192,21 @@ class CheckedRequirement(Struct, frozen=True):
 
 
 def checked_requirements(
-    model: BehaviorModel, decisions: Iterable[KnownDecision], cases: int, unjudged: Mapping[Unjudged, int]
+    model: BehaviorModel,
+    decisions: Iterable[KnownDecision],
+    cases: int,
+    unjudged: Mapping[Unjudged, int],
+    asked: Mapping[str, tuple[int, int]],
 ) -> tuple[CheckedRequirement, ...]:
-    """Return what is known of the requirements of a model, its own first.
+    """Return what is known of the requirements of a model, its own first, then those of the command line.
 
     Args:
         model: the model.
         decisions: the answers of the last closing of the same model.
         cases: how many cases there are.
         unjudged: how many of them `non_blocking` does not judge for which reason.
+        asked: the sentences of the command line, each with the number of cases that it was given for, and with how many
+            of these are no run.
     """
     known = {(each.name, each.is_built_in): each for each in decisions if each.status is not RequirementStatus.OFF}
     no_run = Unjudged.NO_RUN
@@ -176,6 +215,10 @@ def checked_requirements(
         CheckedRequirement(each.name, False, cases - sum(no_runs.values()), no_runs, known.get((each.name, False)))
         for each in model.requirements
     ]
+    for sentence, (count, without) in asked.items():
+        left_out = {no_run: without} if without else {}
+        decision = known.get((sentence, False))
+        own.append(CheckedRequirement(sentence, False, count - without, left_out, decision, is_asked=True))
     return (*own, *_checked_built_ins(model, known, cases, unjudged, no_runs))
 
 

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -68,6 +69,48 @@ def test_the_last_closing_of_the_same_model_counts(scbm: Scbm, lamp: Path) -> No
     assert words(scbm("report", "united.db").out)["asked_first"] == "holds"
 
 
+def rows(text: str) -> dict[str, dict[str, Any]]:
+    """What JSON has about each requirement, by name."""
+    return {each["name"]: each for each in json.loads(text)["requirements"]}
+
+
+def test_a_requirement_of_the_command_line_is_a_row_by_its_sentence(scbm: Scbm, lamp: Path) -> None:
+    sentence, long = "never lamp == on", "always relay_req_state == executing -> lamp == off"
+    scbm("close", lamp, "--require", "never   lamp==on", "--require", long, "--store", "s.db", "--out", "closed")
+    arguments = ("test", lamp, "--cases", "3", "--store", "s.db", "--no-shrink", "--require", sentence, "--json")
+    tested = rows(scbm(*arguments, "--require", "never relay_req_state == failed").out)
+    reported = rows(scbm("report", "s.db", "--json").out)
+    for found in (tested, reported):
+        assert (found[sentence]["asked"], found[sentence]["cases"]) == (True, 3)
+        assert found[sentence]["decision"]["words"] == "violated by required_1-1 (closed/cases/required_1-1.yaml)"
+        assert found["never relay_req_state == failed"]["decision"] is None
+        assert not found["asked_first"]["asked"]
+    assert long not in tested, "the command has not asked for it"
+    assert (reported[long]["cases"], reported[long]["decision"]["status"]) == (0, "holds")
+    kinds = ("html", "markdown", "junit", "sarif")
+    text = scbm("report", "s.db", *(part for kind in kinds for part in (f"--{kind}", f"s.{kind}"))).out
+    assert f"    {long}\n" in text, "a long sentence has a line of its own"
+    assert re.search(r"^    never lamp == on +checked in 3 cases", text, re.MULTILINE)
+    texts = [Path(f"s.{kind}").read_text(encoding="utf-8").replace("\\", "") for kind in kinds]
+    assert all("violated by required_1-1" in each for each in texts)
+    scbm("combine", "s.db", "-o", "united.db")
+    assert rows(scbm("report", "united.db", "--json").out)[long]["decision"]["status"] == "holds"
+
+
+def test_a_row_says_where_the_case_is_that_the_store_lacks(scbm: Scbm, lamp: Path) -> None:
+    lamp.write_text(LAMP + WRONG, encoding="utf-8")
+    scbm("close", lamp, "--requirements", "--store", "s.db")
+    test = ("test", lamp, "--store", "s.db", "--no-shrink", "--json")
+    found = rows(scbm(*test, "--cases", "1").out)["never_on"]["decision"]
+    assert (found["is_kept"], found["file"]) == (False, "")
+    assert "--out" in found["words"]
+    scbm("close", lamp, "--requirements", "--store", "s.db", "--out", "closed")
+    words = rows(scbm("report", "s.db", "--json").out)["never_on"]["decision"]["words"]
+    assert words == "violated by never_on-1 (closed/cases/never_on-1.yaml)"
+    found = rows(scbm(*test, "closed").out)["never_on"]["decision"]
+    assert (found["words"], found["is_kept"]) == ("violated by never_on-1", True)
+
+
 def test_decisions_of_another_model_do_not_count(scbm: Scbm, lamp: Path) -> None:
     scbm("test", lamp, "--cases", "1", "--store", "s.db")
     lamp.write_text(LAMP + WRONG, encoding="utf-8")
@@ -91,8 +134,9 @@ def test_decisions_count_for_the_planner_of_the_model(scbm: Scbm, lamp: Path) ->
     other = "  blink: {request: relay, deadline: 5 s, guard: lamp == off, effects: [lamp <- on]}\ngoals:"
     lamp.write_text(f"{LAMP.replace('goals:', other)}planner: greedy\n", encoding="utf-8")
     scbm("close", lamp, "--requirements", "--store", "s.db")
-    for report in (scbm("test", lamp, "--cases", "3", "--store", "s.db"), scbm("report", "s.db")):
-        assert words(report.out)["asked_first"].startswith("holds under the plans of this planner")
+    for report in (("test", lamp, "--cases", "3", "--store", "s.db"), ("report", "s.db")):
+        decision = rows(scbm(*report, "--json").out)["asked_first"]["decision"]
+        assert (decision["status"], decision["other_plans"]["case"]) == ("holds_planner", "asked_first-other-plans-1")
 
 
 def test_a_requirement_that_is_switched_on_is_one_of_them(scbm: Scbm, lamp: Path) -> None:

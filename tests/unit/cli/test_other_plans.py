@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -66,7 +67,17 @@ def test_json_and_explain_name_the_case(scbm: Scbm, lamps: Path) -> None:
     explained = scbm("explain", lamps, "never_right")
     assert explained.code == 0
     assert "plans:\n  - [right]\n" in explained.out
-    assert f"{NAME} violates it" in explained.out
+    assert f"with other plans violated by {NAME}" in re.sub(r"\s+", " ", explained.out)
+
+
+def test_reports_of_a_store_name_the_case(scbm: Scbm, lamps: Path) -> None:
+    scbm("close", lamps, "--requirements", "--store", "s.db", "--out", "closed")
+    scbm("test", lamps, "--cases", "3", "--store", "s.db")
+    kinds = ("html", "markdown", "junit", "sarif")
+    ran = scbm("report", "s.db", "--json", *(part for kind in kinds for part in (f"--{kind}", f"s.{kind}")))
+    texts = [ran.out, *(Path(f"s.{kind}").read_text(encoding="utf-8").replace("\\", "") for kind in kinds)]
+    words = f"with other plans violated by {NAME} (closed/other_plans/{NAME}.yaml)"
+    assert all(words in text for text in texts)
 
 
 def test_a_later_closing_removes_a_case_that_nothing_needs_any_more(scbm: Scbm, lamps: Path) -> None:

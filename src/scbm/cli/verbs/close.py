@@ -123,7 +123,8 @@ def _carry_out(
     if store is not None and closing.requirements is not None and not closing.is_interrupted:
         from scbm.store import keep_decisions  # noqa: PLC0415 - a database, which few closings need
 
-        keep_decisions(store, closing.model, closing.requirements.known(closing.model))
+        files = result.suite.files | ({} if output is None else output.files)
+        keep_decisions(store, closing.model, closing.requirements.known(files))
     result = replace(result, output=output, written=goals.new, already=goals.already)
     if json:
         from scbm.closing.closing_json import closing_json  # noqa: PLC0415 - only what is asked for is loaded

@@ -37,7 +37,7 @@ from scbm.testing.built_in_requirements import BUILT_INS
 from scbm.testing.continuations.reachable_goals import ReachableGoals, UnknownReachabilityError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.closing.decisions import Closing
     from scbm.closing.requirements.recovery_search import MissedGoal
@@ -86,6 +86,7 @@ class RequirementCloser:
         self._interruption = interruption or Interruption()
         self._progress = self._interruption.checked(progress)
         self._cases = ViolatingCases(model, extra, limits.candidates, self._progress)
+        self._asked = {requirement.name: str(requirement.sentence) for requirement in extra}
         self._others = OtherPlanViolations(model, extra, limits.candidates, self._progress)
         asked = (*model.requirements, *extra)
         self._sentences = SentenceDecisions(asked, self._cases, self._others, limits, self._explored)
@@ -119,7 +120,7 @@ class RequirementCloser:
             self._sentences.interrupt(_INTERRUPTED)
         named = (*map(str, BUILT_INS), *self._model.requirements_on)
         decided = [self._decided(name, off, names) for name in named]
-        decided += self._sentences.decided(names)
+        decided += self._with_sentences(self._sentences.decided(names))
         if self._cases.tester.planner.name != DEFAULT_PLANNER:
             decided = [_with_its_planner(each) for each in decided]
         holds = any(each.holds for each in decided) and self._situations > 0
@@ -137,6 +138,11 @@ class RequirementCloser:
         is_continued = RequirementKey(BuiltIn.NON_BLOCKING.value, is_built_in=True) in keys
         continued = self._continued if is_continued else None
         yield from requirement_certificates(self._model, {key: proved[key] for key in keys if key in proved}, continued)
+
+    def _with_sentences(self, decided: Iterable[DecidedRequirement]) -> Iterator[DecidedRequirement]:
+        """Yield the decisions about requirements of the user; those of the command line with their sentences."""
+        for each in decided:
+            yield replace(each, asked=self._asked.get(each.name, ""))
 
     def nearest_miss(self, requirement: Requirement) -> str:
         """Return how near runs come to violating a requirement that holds, as a clause; empty if it is not known."""

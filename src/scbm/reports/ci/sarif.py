@@ -199,7 +199,8 @@ def _requirement_results(history: History, places: Places) -> Iterator[dict[str,
             continue
         status = RequirementStatus.OFF if each.decision is None else each.decision.status
         kind, level = _REQUIREMENT_KINDS.get(status, ("open", "none"))
-        place, _ = places.find(("behavior_model",) if each.is_built_in else ("requirements", each.name))
+        is_own = not (each.is_built_in or each.is_asked)
+        place, _ = places.find(("requirements", each.name) if is_own else ("behavior_model",))
         fingerprint = sha256(f"{_REQUIREMENT}\0{each.is_built_in}\0{each.name}".encode()).hexdigest()[:16]
         yield {
             "ruleId": _REQUIREMENT,

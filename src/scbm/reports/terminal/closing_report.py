@@ -332,7 +332,8 @@ def _requirements(closing: Closing, columns: int) -> Iterator[Text]:
     yield from _head("Requirements" if len(found.decided) > len(BUILT_IN_NAMES) else "Built-in requirements")
     width = max(len(each.name) for each in found.decided)
     for each in found.decided:
-        lines = wrap(status_words(each), columns - width - 4, break_long_words=False, break_on_hyphens=False)
+        words = f"{each.asked}: {status_words(each)}" if each.asked else status_words(each)
+        lines = wrap(words, columns - width - 4, break_long_words=False, break_on_hyphens=False)
         for number, line in enumerate(lines):
             yield Text(f"  {'' if number else each.name:<{width}}  {line}", style=_STATUS_STYLES[each.status])
         if each.option is not None:
