@@ -458,9 +458,8 @@ class Closer:
             missing &= ~proofs.sets.never
         left = reduce(and_, (each.visited | each.cut_off for each in found), missing)
         if self._takes_classes and left and not any(each.plans is self.model.runs.proved_plans for each in found):
-            reason = (
-                f"runs in which inputs take all of their values can be in more than {limits.situations:,} situations"
-            )
+            noun = "situation" if limits.situations == 1 else "situations"
+            reason = f"runs in which inputs take all of their values can be in more than {limits.situations:,} {noun}"
             self._ended.append(StageEnd(Stage.GRAPH, reason, "--max-states"))
         return found
 

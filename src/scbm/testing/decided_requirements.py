@@ -234,6 +234,20 @@ def _checked_built_ins(
         is_blocking = name == BuiltIn.NON_BLOCKING
         if model.resources or is_blocking or name in off or (name, True) in known:
             others = unjudged if is_blocking else no_runs
-            rests_on = undeclared(model) if is_blocking else ()
+            rests_on = _judged_as_inputs(name, model)
             judged = cases - sum(others.values())
             yield CheckedRequirement(name, True, judged, others, known.get((name, True)), off.get(name, ""), rests_on)
+
+
+def _judged_as_inputs(name: str, model: BehaviorModel) -> tuple[str, ...]:
+    """Return the variables without `source` on which the judgement of cases by a built-in requirement may rest."""
+    found = undeclared(model)
+    if not found or name == BuiltIn.NON_BLOCKING:
+        return found
+    if name == BuiltIn.NO_ORPHAN:
+        ended = [resource.trigger for resource in model.resources]
+    else:
+        ended = [resource.request_state for resource in model.resources] if name == BuiltIn.READY_AGAIN else []
+    resets = (each for each in model.automatic_transitions if any(a.target in ended for a in each.running_actions))
+    read = dict.fromkeys(name for each in resets for name in each.running_guard.reads())
+    return tuple(each for each in found if each in read)

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.cases.trace import End
 from scbm.closing.proofs.proofs import runs_argument
-from scbm.closing.requirements.violation_search import ViolatingWalk
+from scbm.closing.requirements.violation_search import PossibleEvents, ViolatingWalk
 from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.walks import path_along
 from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
 from scbm.model.requirements import BuiltIn
-from scbm.model.sources import InitialStates, declared_as_states
+from scbm.model.sources import declared_as_states
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.proofcheck import ContinuationsArgument, GoalContinuations
 from scbm.running.untimed.situations import NO_GOAL, PLAN_LIMIT, TIME_LIMIT, Happening, HappeningKind
@@ -56,9 +56,8 @@ class BlockingSearch:
             states: variables that nothing outside the model changes, whatever the model says.
         """
         self._runs = runs
-        self._states = states
         self._model = declared_as_states(runs.model, states)
-        self._beginnings = InitialStates(self._model)
+        self._events = PossibleEvents(runs.model, states)
         self._graph = runs.graphs[0]
         self.is_complete = runs.stopped is None
 
@@ -116,13 +115,7 @@ class BlockingSearch:
 
     def _edges(self, node: int) -> Iterator[Edge]:
         """Yield the edges of a node without changes of `states` from outside."""
-        edges = self._graph.edges(node)
-        return (edge for edge in edges if not self._states or self._is_possible(self._graph.label(edge.number)))
-
-    def _is_possible(self, label: Happening | Start) -> bool:
-        if isinstance(label, Start):
-            return self._beginnings.can_begin(label.values)
-        return label.kind is not HappeningKind.OUTSIDE or not any(name in self._states for name, _ in label.measured)
+        return (edge for edge in self._graph.edges(node) if self._graph.label(edge.number) in self._events)
 
     # histories
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from scbm.model import OperationState, RequestState
 from scbm.model.requirements import BuiltIn
+from scbm.model.sources import declared_as_states
 from scbm.running.untimed.situations import NoteKind, RunNote
 from scbm.testing.request_protocol import RequestProtocol
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.model import BehaviorModel, Resource
     from scbm.running import Program
@@ -59,7 +60,9 @@ class RequestMonitor:
     start: ClassVar[RequestMemory] = RequestMemory()
     memories: ClassVar[tuple[RequestMemory, ...]] = ()
 
-    def __init__(self, model: BehaviorModel, program: Program) -> None:
+    def __init__(self, model: BehaviorModel, program: Program, states: Sequence[str] = ()) -> None:
+        """`states` are variables that nothing outside the model changes, whatever the model says."""
+        model = declared_as_states(model, states)
         self._program = program
         self._resources = model.resources
         self._protocol = RequestProtocol(model)

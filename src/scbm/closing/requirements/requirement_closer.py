@@ -197,7 +197,12 @@ class RequirementCloser:
                 self._open[name] = why_incomplete(runs)
             else:
                 self._proved[RequirementKey(name, is_built_in=True)] = runs
-        self._judge_requests_of_any_plans(runs, monitor, [name for name in asked if name not in self._open])
+        held = [name for name in asked if name not in self._open]
+        self._judge_requests_of_any_plans(runs, monitor, held)
+        if self._undeclared and held:
+            strict = RequestMonitor(self._model, runs.program, self._undeclared)
+            found = ViolationSearch(runs, strict, BESIDE * self._limits.situations, self._undeclared).violated()
+            self._rest_on_undeclared += [name for name in held if name in found]
         wanted = [key for name in violated if (key := RequirementKey(name, is_built_in=True)) not in self._cases]
         if wanted:
             shown = self._with_canonical_plans(runs)

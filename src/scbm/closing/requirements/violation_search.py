@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 
+from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.walks import path_along
 from scbm.closing.scripts.outside_walks import WalkKind, shown_edges
+from scbm.model.sources import InitialStates, declared_as_states
 from scbm.planning.engines.breadth_first import BreadthFirst
-from scbm.running.untimed.situations import PLAN_LIMIT
+from scbm.running.untimed.situations import PLAN_LIMIT, HappeningKind
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import Edge, RunGraph
     from scbm.closing.runs.walks import RunPath
+    from scbm.model import BehaviorModel
+    from scbm.running.untimed.situations import Happening
 
     Memory: TypeAlias = Any
     """What a monitor remembers of a run; each monitor has its own type."""
@@ -71,17 +75,35 @@ class ViolatingWalk(NamedTuple):
     goes_round: bool = False
 
 
+class PossibleEvents:
+    """The events of runs that are possible if nothing outside the model changes some variables."""
+
+    def __init__(self, model: BehaviorModel, states: Sequence[str]) -> None:
+        """`states` are these variables; with none, all events are possible."""
+        self._states = states
+        self._beginnings = InitialStates(declared_as_states(model, states))
+
+    def __contains__(self, label: Happening | Start) -> bool:
+        if not self._states:
+            return True
+        if isinstance(label, Start):
+            return self._beginnings.can_begin(label.values)
+        return label.kind is not HappeningKind.OUTSIDE or not any(name in self._states for name, _ in label.measured)
+
+
 class ViolationSearch:
     """Searches all runs of a model for violations of what a monitor judges."""
 
-    def __init__(self, runs: AllRuns, monitor: RunMonitor, most: int) -> None:
+    def __init__(self, runs: AllRuns, monitor: RunMonitor, most: int, states: Sequence[str] = ()) -> None:
         """Search for nothing yet.
 
         Args:
             runs: the runs; their edges have notes.
             monitor: the judge.
             most: the maximum number of situations, each beside what is remembered in it.
+            states: variables that nothing outside the model changes, whatever the model says.
         """
+        self._events = PossibleEvents(runs.model, states)
         self._runs = runs
         self._monitor = monitor
         self._most = most
@@ -97,6 +119,8 @@ class ViolationSearch:
 
             def successors(place: Place, graph: RunGraph = graph) -> Iterator[tuple[Edge, Place]]:
                 for edge, judged in judged_from(self._monitor, graph, place):
+                    if graph.label(edge.number) not in self._events:
+                        continue
                     found.update(dict.fromkeys(judged.violated))
                     if edge.target >= 0:
                         yield edge, (edge.target, judged.memory)

@@ -20,6 +20,7 @@ from scbm.proofcheck import check_certificate
 from scbm.running.micro_steps import MicroStep, MicroSteps
 from scbm.testing import Campaign, Execution, FailureKind, RandomCases, Tester
 from scbm.testing.continuations import waiting_runs
+from scbm.testing.decided_requirements import checked_requirements
 from scbm.testing.shrinking.case_sizes import size_of
 from support.closings import closing_of
 from support.models import scan_cell
@@ -404,6 +405,47 @@ def test_what_holds_only_as_a_latch_has_no_source_says_so(trips: str, resets: st
     assert statuses(inferred) == dict.fromkeys(NAMES, HOLDS)
     assert [name for name in violated if statuses(declared)[name] is HOLDS] == []
     assert not any(each.undeclared for each in declared.decided)
+
+
+RESETS_WHILE_FREE = """
+behavior_model: resets_while_free
+variables:
+  scanned: {domain: bool, initial: false}
+  latch: {domain: [free, set], initial: free}
+resources:
+  scan: {simulation: {latency: 1 s}}
+operations:
+  scan_box:
+    deadline: 10 s
+    pre: {g: scanned == false && scan_req_state == initial && scan_req_trigger == false, a: [scan_req_trigger <- true]}
+    post:
+      g: true
+      gr: scan_req_state == succeeded
+      a: [scanned <- true, scan_req_trigger <- false, scan_req_state <- initial]
+    timedout: [scan_req_trigger <- false]
+automatic_transitions:
+  scan_failed:
+    g: scan_req_state == failed && scan_box.state == executing
+    a: [current.state <- failed, scan_req_trigger <- false, latch <- set]
+  reset: {g: latch == free && scan_req_state == failed, a: [scan_req_state <- initial]}
+goals: {scanned: {goal: scanned == true, may_end: [unsolvable, time_limit]}}
+"""
+
+
+def test_ready_again_says_on_which_undeclared_variables_it_rests() -> None:
+    inferred = read_model(RESETS_WHILE_FREE)
+    declared = read_model(RESETS_WHILE_FREE.replace("initial: free}", "initial: free, source: state}"))
+    found = {name: decided(decide(inferred), name) for name in ("ready_again", "no_orphan", "stops")}
+    assert {name: (each.status, each.undeclared) for name, each in found.items()} == {
+        "ready_again": (HOLDS, ("latch",)),
+        "no_orphan": (HOLDS, ()),
+        "stops": (HOLDS, ()),
+    }
+    assert decided(decide(declared), "ready_again").status is VIOLATED
+    rows = checked_requirements(inferred, (), 1, {}, {})
+    assert {row.name: row.undeclared for row in rows if row.is_notable} == dict.fromkeys(
+        ("ready_again", "non_blocking"), ("latch",)
+    )
 
 
 TWO_WAYS = """
