@@ -16,13 +16,13 @@ from msgspec import Struct
 
 from scbm.cases.coverage import Aspect, InstanceFolds, Obligation
 from scbm.cases.trace import BecameCurrent, PlanAsked, PlanReceived, RunnerStarted, RunStarted
-from scbm.model import And, Equal, Outcome, Reference, RequestState, conjunction
+from scbm.model import And, Equal, Outcome, Reference, RequestState, RunPlans, conjunction
 from scbm.model.predicates import TRUE, Constant, conjuncts
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import free_groups, is_triggered, moved
 from scbm.model.variables import CURRENT_NAME
 from scbm.model.visible_text import counted
-from scbm.planning import Solved
+from scbm.planning import DEFAULT_PLANNER, PLANNERS, Solved
 from scbm.testing.request_protocol import clears, sets
 
 if TYPE_CHECKING:
@@ -52,6 +52,9 @@ class CoverMeans(Enum):
     """The means to cover an obligation, with their words; `{}` stands for what is missing."""
 
     CHANCE = "perhaps by chance: run more cases"
+    CHOSEN_PLANS = (
+        "only cases with `plans:` execute them: write another one with such plans, as random cases may never plan them"
+    )
     NEW_GOAL = "no plan needs them: add a goal or an initial state that needs them"
     UNASSUMED = (
         "no plan needs them: guards or goals on the plans read {}, but plans count on a measured value only if "
@@ -138,6 +141,8 @@ _SINGULAR = {"they wait": "it waits", "they complete": "it completes", "they cha
     "their guards never": "its guard never",
     "their": "its",
     "needs them": "needs it",
+    "execute them": "execute it",
+    "plan them": "plan it",
     "disabled them": "disabled it",
 }
 _IN_SINGULAR = re.compile("|".join(_SINGULAR))
@@ -232,6 +237,15 @@ class CampaignKind(Struct, frozen=True, dict=True):
                 elif isinstance(record, PlanReceived):
                     found[goal] = found.get(goal, False) or record.status == Solved.status
         return {name: None for name, is_planned in found.items() if not is_planned}
+
+    @cached_property
+    def chosen(self) -> Mapping[str, None]:
+        """The operations that execute in the first runs only where the case has `plans:`."""
+        found: dict[bool, dict[str, None]] = {True: {}, False: {}}
+        for run in self._first_runs:
+            current = (record.operation for record in run.trace.records if isinstance(record, BecameCurrent))
+            found[bool(run.case.plans)].update(dict.fromkeys(current))
+        return {name: None for name in found[True] if name not in found[False]}
 
     @cached_property
     def waiting(self) -> Mapping[str, None]:
@@ -339,7 +353,17 @@ class CoverAdvisor:
             Aspect.TIMEDOUT: self._timedout,
             Aspect.COMPLETED: lambda each: self._of_guards(each.post.running_guard, each),
         }
-        return of_aspect[obligation.aspect](operation)
+        found = of_aspect[obligation.aspect](operation)
+        if found == CHANCE and self._have_known_plans and operation.name in self._kind.chosen:
+            return CoverAdvice(CoverMeans.CHOSEN_PLANS)
+        return found
+
+    @property
+    def _have_known_plans(self) -> bool:
+        """Whether all cases are known, and random ones have plans of the planner: no drawn ones, nor of a program."""
+        is_external = PLANNERS[self._model.planner.name or DEFAULT_PLANNER].is_external
+        is_canonical = self._model.runs.plans is RunPlans.CANONICAL and not is_external
+        return is_canonical and self._coverage.count <= _MAX_CASES
 
     # operations
 

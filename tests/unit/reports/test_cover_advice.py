@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+from scbm.cases import Case, RecordedPlan
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.files import read_model
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, RunPlans, State
+from scbm.planning import model_with_plans
 from scbm.reports import coverage_report
 from scbm.reports.cover_advice import CampaignKind, CoverAdvice, CoverAdvisor, CoverMeans
 from scbm.reports.missed_reasons import missed_reasons
-from scbm.testing import CampaignResult, RandomCases, Tester
+from scbm.testing import Campaign, CampaignResult, RandomCases, Tester
 from support.campaigns import drawn_campaign, suite_of
 from support.wording import Wording
 
@@ -292,6 +294,25 @@ MEASURES = (
     "inspect: {request: arm, deadline: 9 s, guard: inspected == false}",
 )
 ARM = ("arm: {", "arm: {measures: [inspected], ")
+
+
+@pytest.mark.parametrize(
+    ("drawn", "means"), [(False, CoverMeans.CHOSEN_PLANS), (True, CoverMeans.CHANCE)], ids=["canonical", "drawn"]
+)
+def test_what_only_cases_with_plans_execute_does_not_fail_by_chance(*, drawn: bool, means: CoverMeans) -> None:
+    other = "  grope: {request: arm, deadline: 60 s, guard: load == item, effects: [load <- empty, stored <- true]}\n"
+    model = read_model(DELIVERY.replace("  inspect:", f"{other}  inspect:"))
+    model = model_with_plans(RunPlans.DRAWN, model) if drawn else model
+    goal, start = model.goal("stored"), State(model.space, dict(model.nominal_state))
+    assert goal is not None
+    plans = (RecordedPlan("solved", ("go", "dispense", "grope")),)
+    results = Tester(model).results(
+        [Case("chosen", "stored", goal, start, plans=plans), Case("own", "stored", goal, start)]
+    )
+    result = CampaignResult(Campaign.of(model, results), suite_of(model, "delivery.yaml", 2))
+    advisor = CoverAdvisor(model, result.coverage, CampaignKind.of_campaign(result))
+    assert advisor.advice(Obligation("grope", Aspect.FAILED)).means is means
+    assert advisor.advice(Obligation("grip", Aspect.FAILED)).means is CoverMeans.CHANCE
 
 
 def test_measured_values_are_what_an_operation_changes() -> None:
