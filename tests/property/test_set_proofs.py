@@ -6,7 +6,6 @@ from functools import cache
 from random import Random
 
 import pytest
-from msgspec.structs import replace
 
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.closing import CloseLimits, Closer, Closing, Decision
@@ -22,6 +21,7 @@ from support.enumeration import enumerate_runs
 from support.opened_models import opened
 from support.profiles import share
 from support.random_models import small_random_model
+from support.tampered_sets import tampered
 
 _LIMITS = SetLimits(nodes=6_000, work=400_000)
 _SITUATIONS = CloseLimits(situations=6_000)
@@ -125,26 +125,6 @@ def test_certificates_of_sets_hold(first: int, plans: PlanSet) -> None:
             certificate = certificate_of(number, claims, sets.argument)
             assert read_certificate(certificate_text(certificate)) == certificate
             assert [str(flaw) for flaw in check_certificate(certificate, model_of(number))] == [], number
-
-
-def tampered(argument: SetsArgument, dice: Random) -> SetsArgument:
-    """The argument with one of its numbers changed: situations leave the set, states are dead, plans are others."""
-    numbers = range(2, len(argument.nodes) + 2)
-    if argument.plans is PlanSet.CANONICAL and dice.random() < 0.5:
-        field = dice.choice(["layers", "choices"])
-        listed = list(getattr(argument, field))
-        one, other = dice.randrange(len(listed)), dice.randrange(len(listed))
-        listed[one], listed[other] = dice.choice([(listed[other], listed[one]), (0, listed[other])])
-        return replace(argument, **{field: tuple(listed)})
-    if dice.random() < 0.3:
-        return replace(argument, dead=dice.choice([1, *numbers]))
-    if dice.random() < 0.1:
-        return replace(argument, reached=dice.choice([0, *numbers]))
-    nodes = list(argument.nodes)
-    at = dice.randrange(len(nodes))
-    level, *following = nodes[at]
-    following[dice.randrange(len(following))] = 0
-    return replace(argument, nodes=(*nodes[:at], (level, *following), *nodes[at + 1 :]))
 
 
 @pytest.mark.longer

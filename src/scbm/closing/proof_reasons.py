@@ -23,6 +23,7 @@ from scbm.model.json_reader import (
 from scbm.proofcheck import (
     ContinuationsArgument,
     RequirementsArgument,
+    RequirementSetsArgument,
     RunsArgument,
     SetsArgument,
     StructureArgument,
@@ -49,6 +50,7 @@ _ARGUMENTS = {
     ValuesArgument.kind: "its variables never have values that allow it",
     RunsArgument.kind: "none of the runs that the certificate is about visits it",
     SetsArgument.kind: "no situation in the set of the certificate leads to it",
+    RequirementSetsArgument.kind: "no situation in the set of the certificate violates it",
     RequirementsArgument.kind: "none of the runs that the certificate is about violates it",
     ContinuationsArgument.kind: "from each run that the certificate is about goals stay reachable",
 }

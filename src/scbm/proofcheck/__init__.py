@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         GoalContinuations,
         GoalRuns,
         RequirementsArgument,
+        RequirementSetsArgument,
         RunsArgument,
         SetPhase,
         SetsArgument,
@@ -52,6 +53,7 @@ __all__ = [
     "Fact",
     "GoalContinuations",
     "GoalRuns",
+    "RequirementSetsArgument",
     "RequirementsArgument",
     "RunsArgument",
     "SetPhase",
@@ -72,8 +74,8 @@ __getattr__ = lazy_exports(
     {
         "certificate": (
             "GOAL MAX_CHANGES PHASE Argument Awaits Certificate CertificateFlaw ContinuationsArgument Fact "
-            "GoalContinuations GoalRuns RequirementsArgument RunsArgument SetPhase SetsArgument Situation "
-            "StructureArgument ValuesArgument predicted_name request_name"
+            "GoalContinuations GoalRuns RequirementSetsArgument RequirementsArgument RunsArgument SetPhase "
+            "SetsArgument Situation StructureArgument ValuesArgument predicted_name request_name"
         ),
         "certificate_arguments": "check_certificate",
         "certificate_json": "FORMAT_VERSION certificate_text read_certificate read_certificate_file",

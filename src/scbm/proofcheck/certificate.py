@@ -285,6 +285,19 @@ class SetsArgument(Struct, frozen=True):
     choices: tuple[SetNumber, ...] = ()
 
 
+class RequirementSetsArgument(SetsArgument, frozen=True, kw_only=True):
+    """A set of situations, in which no state violates the claimed requirements.
+
+    Attributes:
+        watched: for each claim, in order, the number of a set: of the situations in which a state can violate it. For
+            `always` and `never` these are all, for `before` those until p has held, for `after … until` those since p
+            has held and r has not.
+    """
+
+    kind: ClassVar[str] = "requirement_sets"
+    watched: tuple[SetNumber, ...]
+
+
 class Argument(Protocol):
     """Why no run visits the claimed obligations."""
 
@@ -324,7 +337,7 @@ class Certificate(Struct, frozen=True):
     @property
     def is_about_requirements(self) -> bool:
         """Whether the claims are requirements, and not obligations."""
-        return isinstance(self.argument, RequirementsArgument | ContinuationsArgument)
+        return isinstance(self.argument, RequirementsArgument | ContinuationsArgument | RequirementSetsArgument)
 
     @property
     def is_for_any_plan(self) -> bool:

@@ -19,6 +19,7 @@ from scbm.proofcheck.certificate import (
     CertificateFlaw,
     ContinuationsArgument,
     RequirementsArgument,
+    RequirementSetsArgument,
     RunsArgument,
     SetsArgument,
     StructureArgument,
@@ -29,6 +30,7 @@ from scbm.proofcheck.certificate import (
 from scbm.proofcheck.continuations_check import check_continuations
 from scbm.proofcheck.requirements_check import check_requirements
 from scbm.proofcheck.runs_check import check_runs
+from scbm.proofcheck.sets.requirement_sets_check import check_requirement_sets
 from scbm.proofcheck.sets.sets_check import check_sets
 from scbm.proofcheck.structure_check import check_structure
 from scbm.proofcheck.values_check import check_values
@@ -112,6 +114,10 @@ def _write_sets(argument: SetsArgument) -> list[str]:
     return [*lines, *(f'"{key}": {json_text(numbers)}' for key, numbers in canonical if numbers)]
 
 
+def _write_requirement_sets(argument: RequirementSetsArgument) -> list[str]:
+    return [*_write_sets(argument), f'"watched": {json_text(argument.watched)}']
+
+
 ARGUMENTS: dict[str, ArgumentFormat] = {
     StructureArgument.kind: ArgumentFormat(StructureArgument, _write_facts, check_structure),
     ValuesArgument.kind: ArgumentFormat(ValuesArgument, _write_values, check_values),
@@ -119,6 +125,13 @@ ARGUMENTS: dict[str, ArgumentFormat] = {
     SetsArgument.kind: ArgumentFormat(SetsArgument, _write_sets, check_sets),
     RequirementsArgument.kind: ArgumentFormat(
         RequirementsArgument, _write_runs, check_requirements, claimable_requirements, "requirement"
+    ),
+    RequirementSetsArgument.kind: ArgumentFormat(
+        RequirementSetsArgument,
+        _write_requirement_sets,
+        check_requirement_sets,
+        claimable_requirements,
+        "requirement",
     ),
     ContinuationsArgument.kind: ArgumentFormat(
         ContinuationsArgument, _write_continuations, check_continuations, claimable_requirements, "requirement"

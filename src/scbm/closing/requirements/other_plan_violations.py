@@ -40,6 +40,14 @@ class OtherPlanViolations:
         """Note why it is not known whether runs with any plans violate a requirement."""
         self._unknown[key] = reason
 
+    def are_too_many(self, key: RequirementKey) -> bool:
+        """Return whether it is open what runs with any plans do to a requirement, as they are too many."""
+        return key not in self.cases and self._unknown.get(key) == TOO_MANY
+
+    def rule_out(self, key: RequirementKey) -> None:
+        """Note that no run with any plans violates a requirement."""
+        self._unknown.pop(key, None)
+
     def show(self, runs: AllRuns, walks: Iterator[ViolatingWalk], keys: Sequence[RequirementKey]) -> None:
         """Run cases that follow walks with any plans until one violates each requirement."""
         self.cases.try_walks(runs, walks, keys)

@@ -29,6 +29,7 @@ from scbm.closing.requirements.sentence_decisions import SentenceDecisions, why_
 from scbm.closing.requirements.violating_cases import RequirementKey, ViolatingCases, failure_of
 from scbm.closing.requirements.violation_search import ViolationSearch
 from scbm.closing.runs.all_runs import AllRuns
+from scbm.closing.symbolic.requirement_sets import RequirementSets
 from scbm.model import GoalOrder, PlanSet, RunPlans
 from scbm.model.requirements import BuiltIn
 from scbm.model.sources import undeclared
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from scbm.closing.decisions import Closing
     from scbm.closing.requirements.recovery_search import MissedGoal
     from scbm.closing.runs.all_runs import CloseLimits, RunScope
+    from scbm.closing.symbolic.reached_sets import SetLimits
     from scbm.model import BehaviorModel, Requirement
     from scbm.proofcheck import Certificate
     from scbm.testing import Campaign
@@ -89,7 +91,7 @@ class RequirementCloser:
         self._asked = {requirement.name: str(requirement.sentence) for requirement in extra}
         self._others = OtherPlanViolations(model, extra, limits.candidates, self._progress)
         asked = (*model.requirements, *extra)
-        self._sentences = SentenceDecisions(asked, self._cases, self._others, limits, self._explored)
+        self._sentences = SentenceDecisions(asked, self._cases, self._others, limits, self._explored, self._collected)
         self._open: dict[str, tuple[str, str | None]] = {}
         self._situations = 0
         self._is_any_waiting = self._is_any_livelocked = self._is_interrupted = False
@@ -182,6 +184,9 @@ class RequirementCloser:
             raise KeyboardInterrupt
         self._situations += runs.situations
         return runs
+
+    def _collected(self, requirements: Sequence[Requirement], limits: SetLimits) -> RequirementSets:
+        return RequirementSets.of(self._model, requirements, self._progress, limits)
 
     def _judge_requests(self, runs: AllRuns, asked: Sequence[str]) -> None:
         if not asked:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
+from scbm.cases.coverage import engine_words
 from scbm.closing.decisions import DecidedRequirement, RequirementStatus
 from scbm.closing.proofs.blame import parts_of
 from scbm.closing.proofs.nearest_misses import nearest_miss, nearest_of
@@ -16,6 +17,8 @@ from scbm.closing.requirements.other_plan_violations import TOO_MANY
 from scbm.closing.requirements.sentence_monitor import SentenceMonitor
 from scbm.closing.requirements.violating_cases import RequirementKey, failure_of
 from scbm.closing.requirements.violation_search import ViolationSearch
+from scbm.closing.symbolic.reached_sets import DEFAULT_LIMITS, NoSetError, SetLimits
+from scbm.closing.symbolic.requirement_sets import RequirementSets
 from scbm.model import PlanSet
 from scbm.model.requirements import LeadsTo
 from scbm.running.untimed.relevance import Relevance
@@ -24,18 +27,25 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scbm.closing.requirements.other_plan_violations import OtherPlanViolations
+    from scbm.closing.requirements.requirement_certificates import Proof
     from scbm.closing.requirements.violating_cases import ViolatingCases
     from scbm.closing.requirements.violation_search import ViolatingWalk
     from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
     from scbm.model import Predicate, Requirement
 
     Explore = Callable[[RunScope, CloseLimits | None], AllRuns]
+    Collect = Callable[[Sequence[Requirement], SetLimits], RequirementSets]
 
 _BESIDE = 2
 """A requirement remembers one of two things of a run."""
 
 _SHARE_OF_ANY_PLANS = 100
 """The divisor of the limit of situations for runs with any plans: often they are many times those of canonical ones."""
+
+_NODES_PER_SITUATION = 200
+"""A set for any plans may take so many nodes for each situation under canonical plans: about the same time."""
+_FEW_NODES = 500_000
+"""It may take so many nodes in any case: about a second."""
 
 _TO_VIOLATE = "to violate it a run"
 _NOT_SHOWN = "a run violates it, and no simulated case that was tried shows it"
@@ -46,6 +56,7 @@ _WHERE = {
     True: "in all runs",
     False: "in all runs in which requests succeed in the end",
 }
+_BY_SETS = f"in all runs, by {engine_words('sets')}"
 
 
 class SentenceAnswer(Struct, frozen=True):
@@ -66,16 +77,18 @@ class SentenceDecisions:
     """The decisions about the requirements of the user.
 
     Attributes:
-        proved: the runs of which none violates a requirement, for those that a certificate can claim.
+        proved: the runs of which none violates a requirement, or the set of their situations, for those that a
+            certificate can claim.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 - what is decided, and what decides it
         self,
         requirements: Sequence[Requirement],
         cases: ViolatingCases,
         others: OtherPlanViolations,
         limits: CloseLimits,
         explore: Explore,
+        collect: Collect,
     ) -> None:
         """Decide nothing yet.
 
@@ -85,14 +98,16 @@ class SentenceDecisions:
             others: the cases that violate them with other plans than those of the planner.
             limits: the limits of exploration and search.
             explore: returns all runs of a scope, within these limits or its own.
+            collect: returns the set of all situations for some requirements, within limits of its own.
         """
         self._requirements = tuple(requirements)
         self._cases = cases
         self._others = others
         self._limits = limits
         self._explore = explore
+        self._collect = collect
         self._answers: dict[str, SentenceAnswer] = {}
-        self.proved: dict[RequirementKey, AllRuns] = {}
+        self.proved: dict[RequirementKey, Proof] = {}
         self._any_plans: AllRuns | None = None
 
     @property
@@ -125,7 +140,7 @@ class SentenceDecisions:
     def nearest_miss(self, requirement: Requirement) -> str:
         """Return how near runs come to violating a requirement that holds, as a clause; empty if it is not known."""
         runs, sentence = self.proved.get(RequirementKey(requirement.name)), requirement.sentence
-        if runs is None:
+        if runs is None or isinstance(runs, RequirementSets):
             return ""
         misses = (nearest_miss((each,), runs) for each in sentence.needed_to_violate)
         found = next((miss.words(_TO_VIOLATE) for miss in misses if miss is not None), "")
@@ -153,6 +168,47 @@ class SentenceDecisions:
                 self._answers[requirement.name] = SentenceAnswer(RequirementStatus.HOLDS_CANONICAL, where)
             if proves is not None and requirement.sentence.is_safety:
                 self.proved[RequirementKey(requirement.name)] = proves
+        self._decide_by_sets(runs, [each for each in requirements if self._may_be_proved_by_sets(each)])
+
+    def _may_be_proved_by_sets(self, requirement: Requirement) -> bool:
+        """Return whether too many runs are the only reason why a requirement is not known to hold for any plans."""
+        answer, key = self._answers[requirement.name], RequirementKey(requirement.name)
+        if answer.status is RequirementStatus.UNDECIDED:
+            return requirement.sentence.is_safety and answer.reason != _NOT_SHOWN and key not in self._cases
+        is_canonical = answer.status is RequirementStatus.HOLDS_CANONICAL
+        return requirement.sentence.is_safety and is_canonical and self._others.are_too_many(key)
+
+    def _decide_by_sets(self, runs: AllRuns, requirements: Sequence[Requirement]) -> None:
+        """Look in sets of situations for proofs of requirements: for any plans, or else for canonical ones."""
+        if not requirements:
+            return
+        undecided = [r for r in requirements if self._answers[r.name].status is RequirementStatus.UNDECIDED]
+        limits = DEFAULT_LIMITS
+        if not undecided:
+            work = max(_FEW_NODES, _NODES_PER_SITUATION * runs.situations)
+            limits = replace(limits, work=min(limits.work, work))
+        try:
+            sets = self._collect(requirements, limits)
+            self._take_over(sets, requirements, RequirementStatus.HOLDS)
+            undecided = [r for r in undecided if self._answers[r.name].status is RequirementStatus.UNDECIDED]
+            if undecided and runs.plans is PlanSet.CANONICAL and runs.other_planner is None:
+                self._take_over(sets.canonical(), undecided, RequirementStatus.HOLDS_CANONICAL)
+        except NoSetError as error:
+            for each in undecided:
+                answer = self._answers[each.name]
+                self._answers[each.name] = replace(answer, reason=f"{answer.reason}; {error}")
+
+    def _take_over(self, sets: RequirementSets, requirements: Sequence[Requirement], status: RequirementStatus) -> None:
+        """Take over what a set proves."""
+        for requirement in requirements:
+            if sets.proves(requirement):
+                key = RequirementKey(requirement.name)
+                self._answers[requirement.name] = SentenceAnswer(status, _BY_SETS)
+                self.proved[key] = sets
+                if status is RequirementStatus.HOLDS:
+                    self._others.rule_out(key)
+                else:
+                    self._others.leave_open(key)
 
     def _holds_with_any_plans(self, runs: AllRuns | None, requirement: Requirement) -> bool:
         """Return whether runs with any plans satisfy a requirement; show the violation with a case if they do not."""

@@ -126,10 +126,24 @@ class SetSearch:
     """The search for the set of one model."""
 
     def __init__(
-        self, model: BehaviorModel, limits: SetLimits, progress: Callable[[str], None], visits: Callable[[RunMove], int]
+        self,
+        model: BehaviorModel,
+        limits: SetLimits,
+        progress: Callable[[str], None],
+        visits: Callable[[RunMove], int],
+        also: Sequence[str] = (),
     ) -> None:
-        """`progress` is called with counts; `visits` returns what a move visits, as bits."""
+        """Search for nothing yet.
+
+        Args:
+            model: the model.
+            limits: the limits.
+            progress: called with counts.
+            visits: returns what a move visits, as bits.
+            also: variables that situations have beside those that can influence a run.
+        """
         self._model = model
+        self._also = also
         self._limits = limits
         self._progress = progress
         self._visits = visits
@@ -144,7 +158,7 @@ class SetSearch:
         Args:
             missing: the obligations that proofs are looked for, as bits.
         """
-        variables = run_variables(self._model)
+        variables = run_variables(self._model, self._also)
         manager = diagram_manager([bit for variable in variables for bit in variable.bits])
         if manager is None:
             raise NoSetError(_NO_ENGINE)
@@ -204,11 +218,31 @@ class SetSearch:
         that follows until the next one. So most sets on the way are near to closed ones, and small. Loose moves come
         last.
         """
+        moves = self._moves(space, dead, plans)
+        return self._collected(moves, moves.start(), missing, dead, plans)
+
+    def following(self, found: ReachedSet, first: Diagram, beyond: Diagram) -> Diagram:
+        """Return the situations that runs reach from some without any of `beyond`, the `first` ones included.
+
+        Raises `NoSetError` beyond the limits, which count on.
+        """
+        moves = self._moves(found.space, found.dead, found.plans, beyond)
+        return self._collected(moves, first & ~beyond, -1, found.dead, found.plans).reached
+
+    def _moves(
+        self, space: RunSpace, dead: Diagram, plans: PlanLayers | None, beyond: Diagram | None = None
+    ) -> RunMoves:
         choices = None if plans is None else plans.choices
-        moves = RunMoves(self._model, space, predicted_variables(self._model), dead, choices)
-        parts = self._parts(moves)
+        return RunMoves(self._model, space, predicted_variables(self._model), dead, choices, beyond)
+
+    def _collected(
+        self, moves: RunMoves, first: Diagram, missing: int, dead: Diagram, plans: PlanLayers | None
+    ) -> ReachedSet:
+        """Return the least set with some first situations that no move leaves, as in `_reached`."""
+        space, parts = moves.space, self._parts(moves)
         self._visited = 0
-        parts[0].add(moves.start())
+        for part in parts:
+            part.add(first & part.where)
         self._place((move for move in moves.moves() if not move.is_loose), moves, parts)
         is_complete = self._grow(moves, parts, missing)
         surely = self._visited

@@ -62,12 +62,14 @@ class RunMove(Struct, frozen=True):
         stages: the stages.
         visits: the obligations that it visits, each with its subject.
         is_loose: whether it is possible in more situations than in runs.
+        ends_run: whether it ends a run, whose requests in flight are cancelled one after the other.
     """
 
     where: Diagram
     stages: tuple[tuple[Alternative, ...], ...]
     visits: tuple[tuple[str, Aspect], ...] = ()
     is_loose: bool = False
+    ends_run: bool = False
 
 
 class RunMoves:
@@ -78,13 +80,14 @@ class RunMoves:
         alive: the predicted states from which a plan may lead to the goal; all that are not proved dead.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 - what a situation is, and which moves and plans there are
         self,
         model: BehaviorModel,
         space: RunSpace,
         predicted: Sequence[str],
         dead: Diagram | None = None,
         choices: Mapping[str, Diagram] | None = None,
+        beyond: Diagram | None = None,
     ) -> None:
         """Prepare the moves. Raises `TooManyValuesError`.
 
@@ -94,11 +97,13 @@ class RunMoves:
             predicted: the variables of the world on which plans depend.
             dead: predicted states from which no plan leads to the goal; by default none.
             choices: for each operation the predicted states in which a plan goes on with it; by default plans are any.
+            beyond: situations that are left out after each move; by default none.
         """
         self.space = space
         self.alive = space.manager.true if dead is None else ~dead
         self._model = model
         self._choices = choices
+        self._within = None if beyond is None else ~beyond
         self._predicted = tuple(predicted_name(name) for name in predicted)
         self._pairs = tuple((name, predicted_name(name)) for name in predicted)
         self._world = SpaceReader(space, model)
@@ -140,10 +145,13 @@ class RunMoves:
     def _pursues(self, goal: str) -> Diagram:
         return self.space.has(GOAL, goal)
 
+    def where(self, predicate: Predicate) -> Diagram:
+        """Return where a predicate holds in situations of runs."""
+        return self._world.holds(predicate) & ~self.space.has(PHASE, SetPhase.PLANNED)
+
     def can_hold(self, predicate: Predicate, situations: Diagram) -> bool:
         """Return whether a predicate holds in some of these situations of runs."""
-        planned = self.space.has(PHASE, SetPhase.PLANNED)
-        return situations & ~planned & self._world.holds(predicate) != self.space.manager.false
+        return situations & self.where(predicate) != self.space.manager.false
 
     # sets
 
@@ -175,7 +183,19 @@ class RunMoves:
                     left = manager.exist(self.space.bits_of(each.names), left)
                     left = left if each.then is None else left & each.then
                 found |= left
-        return found
+        return found if self._within is None else found & self._within
+
+    def cancelled(self, situations: Diagram) -> Diagram:
+        """Return the situations in which any requests in flight of some are cancelled, as while a run ends.
+
+        They count as in flight still, so that what ends the run finds them.
+        """
+        stages = []
+        for resource in self._model.resources:
+            cleared: dict[str, Value] = {resource.trigger: False, resource.request_state: RequestState.INITIAL.value}
+            flies = self.space.has(request_name(resource.name), True)
+            stages.append((Alternative(self.space.manager.true), self._change(cleared, flies)))
+        return self.image(RunMove(situations, tuple(stages)), situations)
 
     def before(self, move: RunMove, situations: Diagram) -> Diagram:
         """Return the situations from which a move can lead to some."""
@@ -220,7 +240,7 @@ class RunMoves:
         phase = SetPhase.REST if self._model.runs.goals is GoalOrder.SEQUENCE else SetPhase.OVER
         given: dict[str, Value] = {**self._no_plan(), **self._at_rest(), PLAN_STATE: plan_state.value, PHASE: phase}
         given |= {GOAL: self._first[GOAL], **dict.fromkeys(self._requests, False)}
-        return RunMove(where, (*stages, (self._change(given),)))
+        return RunMove(where, (*stages, (self._change(given),)), ends_run=True)
 
     # moves
 

@@ -36,14 +36,16 @@ def planned_names(operation: Operation) -> Iterator[str]:
             yield from (*action.reads(), action.target)
 
 
-def run_variables(model: BehaviorModel) -> tuple[RunVariable, ...]:
+def run_variables(model: BehaviorModel, also: Sequence[str] = ()) -> tuple[RunVariable, ...]:
     """Return the variables of situations: those of the runner first, then those of the world.
 
-    Variables that occur together stand together, each with its predicted value and its request behind it.
+    Variables that occur together stand together, each with its predicted value and its request behind it. `also` are
+    variables that requirements read.
     """
     space = model.running_space
     predicted = dict.fromkeys(predicted_variables(model))
-    read = dict.fromkeys((*Relevance(model, Program(model).packing).names, *predicted, *model.initial_states.reads()))
+    relevant = Relevance(model, Program(model).packing, also=also).names
+    read = dict.fromkeys((*relevant, *predicted, *model.initial_states.reads()))
     names = [v.name for v in space if v.name in read and v.role is not Role.OPERATION_STATE]
     requests = {resource.request_state: request_name(resource.name) for resource in model.resources}
     found = [RunVariable(PHASE, tuple(phase.value for phase in SetPhase))]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING
 
+from msgspec.structs import astuple
+
 from scbm.model import PlanSet
-from scbm.proofcheck import SetsArgument
+from scbm.proofcheck import RequirementSetsArgument, SetsArgument
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,17 +19,17 @@ if TYPE_CHECKING:
     from scbm.model import GoalOrder
 
 
-def sets_argument(found: ReachedSet, goals: GoalOrder) -> SetsArgument:
-    """Return the argument of a set."""
-    plans, variables = found.plans, tuple(found.space.variables)
-    if plans is None:
-        nodes = _ValueNodes(found.space, (found.reached, found.dead))
-        reached, dead = nodes.numbers
-        return SetsArgument(variables, tuple(nodes.nodes), reached, dead, goals)
-    nodes = _ValueNodes(found.space, (found.reached, found.dead, *plans.layers, *plans.choices.values()))
-    reached, dead, *others = nodes.numbers
-    layers, choices = tuple(others[: len(plans.layers)]), tuple(others[len(plans.layers) :])
-    return SetsArgument(variables, tuple(nodes.nodes), reached, dead, goals, PlanSet.CANONICAL, layers, choices)
+def sets_argument(found: ReachedSet, goals: GoalOrder, watched: Sequence[Diagram] = ()) -> SetsArgument:
+    """Return the argument of a set; with the sets in which requirements are watched, one about requirements."""
+    canonical = found.plans
+    layers, choices = ((), ()) if canonical is None else (canonical.layers, tuple(canonical.choices.values()))
+    nodes = _ValueNodes(found.space, (found.reached, found.dead, *layers, *choices, *watched))
+    numbers = iter(nodes.numbers)
+    reached, dead = next(numbers), next(numbers)
+    listed = [tuple(islice(numbers, len(each))) for each in (layers, choices, watched)]
+    plans = PlanSet.ANY if canonical is None else PlanSet.CANONICAL
+    argument = SetsArgument(tuple(found.space.variables), tuple(nodes.nodes), reached, dead, goals, plans, *listed[:2])
+    return RequirementSetsArgument(*astuple(argument), watched=listed[2]) if watched else argument
 
 
 class _ValueNodes:

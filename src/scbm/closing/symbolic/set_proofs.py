@@ -56,7 +56,7 @@ class SetProofs:
             progress: called with counts.
             limits: the limits of the set.
         """
-        search = SetSearch(model, limits, progress, _visits_in(Obligations.of(model)))
+        search = SetSearch(model, limits, progress, visits_in(Obligations.of(model)))
         return SetProofs(model, search.find(missing), search)
 
     def canonical(self, missing: int) -> SetProofs:
@@ -135,7 +135,9 @@ class SetProofs:
         return f"no run takes {obligation}: where its guard holds, an earlier one is taken, or it would change nothing"
 
 
-def _visits_in(obligations: Obligations) -> Callable[[RunMove], int]:
+def visits_in(obligations: Obligations) -> Callable[[RunMove], int]:
+    """Return the function that says which obligations a move visits, as bits."""
+
     def visits(move: RunMove) -> int:
         return sum(dict.fromkeys(obligations.bit_of(subject, aspect) for subject, aspect in move.visits))
 

@@ -48,6 +48,7 @@ class SetStep(Struct, frozen=True):
         visits: the obligations that it visits.
         may_become: variables that keep their value or get one of some values.
         leads_on: whether the rest of a plan still leads to the goal afterwards.
+        ends_run: whether it ends a run, whose requests in flight are cancelled one after the other.
     """
 
     what: str
@@ -56,6 +57,7 @@ class SetStep(Struct, frozen=True):
     visits: tuple[ClaimedObligation, ...] = ()
     may_become: tuple[tuple[str, tuple[Value, ...]], ...] = ()
     leads_on: bool = False
+    ends_run: bool = False
 
 
 class SetSteps:
@@ -354,7 +356,7 @@ class SetSteps:
             values = dict.fromkeys(self._literals[resource.request_state], -TRUE)
             given[resource.request_state] = {**values, executing: occupied, initial: -occupied}
             given |= self._set({resource.trigger: False, request_name(resource.name): False})
-        return SetStep(what, where, given)
+        return SetStep(what, where, given, ends_run=True)
 
     def _ends(self) -> Iterator[SetStep]:
         running = self._is(PHASE, *_PURSUING)

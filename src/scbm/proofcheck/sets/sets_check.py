@@ -50,6 +50,17 @@ def check_sets(
     claimed: Sequence[ClaimedObligation], argument: SetsArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
     """Yield the flaws of the shape, or else of the set."""
+    yield from flaws_of_set(SetCheck, [str(obligation) for obligation in claimed], argument, model)
+
+
+def flaws_of_set(
+    kind: type[SetCheck],
+    claimed: Sequence[str],
+    argument: SetsArgument,
+    model: BehaviorModel,
+    read: Sequence[str] = (),
+) -> Iterator[CertificateFlaw]:
+    """Yield the flaws of the shape, or else those that one kind of check finds; `read` is what requirements read."""
     if not model.goals:
         yield CertificateFlaw("the goals", "the model has none, so there are no runs")
         return
@@ -57,21 +68,18 @@ def check_sets(
     world = [name for name in space.names if name in argument.variables]
     planned = [name for name in model.space.names if name in _planned_names(model)]
     variables = set_variables(world, planned, model)
-    flaws = [*check_variables(world, model), *_wrong_shape(argument, variables, model)]
+    flaws = [*check_variables(world, model, read), *_wrong_shape(argument, variables, model)]
     yield from flaws
     if flaws:
         return
     try:
-        check = _SetCheck(argument, variables, planned, model)
+        yield from kind(argument, variables, planned, model).flaws(claimed)
     except ImportError:
         yield CertificateFlaw(
             "the set", "it is checked by python-sat, which is not installed: pip install 'scbm[proofs]'"
         )
-        return
     except TooManyChoicesError:
         yield CertificateFlaw("the set", "a comparison or an assignment of the model reads too many values to check")
-        return
-    yield from check.flaws([str(obligation) for obligation in claimed])
 
 
 def _planned_names(model: BehaviorModel) -> dict[str, None]:
@@ -124,7 +132,7 @@ def _no_predicted_states(argument: SetsArgument, numbers: Sequence[int]) -> Iter
         todo += following
 
 
-class _SetCheck:
+class SetCheck:
     """The questions about one set. Raises `ImportError`, `TooManyChoicesError`."""
 
     def __init__(
@@ -142,6 +150,7 @@ class _SetCheck:
         self._before = {name: new_values(variables[name], self._clauses) for name in argument.variables}
         self._after = {name: new_values(variables[name], self._clauses) for name in argument.variables}
         before, after = (SetLiterals(argument, each, self._clauses) for each in (self._before, self._after))
+        self._sets_before, self._sets_after = before, after
         self._in_set, self._leaves_set = before.inside(argument.reached), after.outside(argument.reached)
         self._is_dead, self._leads_on = before.inside(argument.dead), after.outside(argument.dead)
         names = [operation.name for operation in model.operations]
@@ -177,6 +186,11 @@ class _SetCheck:
 
     def flaws(self, claimed: Sequence[str]) -> Iterator[CertificateFlaw]:
         """Yield all flaws."""
+        yield from self._wrong_steps(claimed)
+        self._clauses.close()
+
+    def _wrong_steps(self, claimed: Sequence[str]) -> Iterator[CertificateFlaw]:
+        """Yield the flaws of a set that steps leave, or in which they visit claimed obligations."""
         yield from self._wrong_dead_states()
         yield from self._wrong_plans()
         if self._clauses.can_hold([self._begins(), self._leaves_set]):
@@ -190,7 +204,6 @@ class _SetCheck:
             if visited and self._clauses.can_hold([self._in_set, step.where, *effects]):
                 reason = f"{step.what} visits it from {self._shown(self._before)}"
                 yield CertificateFlaw(f"claim {visited[0]}", reason)
-        self._clauses.close()
 
     def _wrong_dead_states(self) -> Iterator[CertificateFlaw]:
         """Yield the flaws of dead states: the goal holds in one, or an operation leads out of them."""
