@@ -222,3 +222,33 @@ def test_steps_that_are_memoized_by_what_they_read_are_those_that_are_taken_one_
             elif situation.goal == position:
                 assert list(projected.following(situation)) == list(plain.following(situation))
         assert list(projected.evaluated) == list(plain.evaluated)
+
+
+@examples(60, usual=8)
+@given(
+    st.integers(0, 199),
+    st.sampled_from([random_model, lambda number: opened(small_random_model(number), number)]),
+    st.tuples(st.booleans(), st.sampled_from(GoalOrder), st.sampled_from(PlanSet)).map(lambda kind: RunScope(*kind)),
+    st.sampled_from([True, False]),
+)
+def test_notes_about_memoized_steps_are_those_about_steps_taken_anew(
+    number: int,
+    make: Callable[[int], BehaviorModel],
+    scope: RunScope,
+    is_watching: bool,  # noqa: FBT001 - drawn
+) -> None:
+    model = make(number)
+    predicates = (*dict(model.goals).values(), *(operation.pre.running_guard for operation in model.operations))
+    scope = replace(scope, keeps_notes=True, watched=predicates if is_watching else ())
+    runs = AllRuns(model, FEW, lambda _: None, scope)
+    is_sequence = scope.goals is GoalOrder.SEQUENCE
+    for index, (_, goal) in enumerate(model.goals):
+        position = index if is_sequence else 0
+        memoized = runs.steps(goal, position)
+        for situation in runs.graphs[0 if is_sequence else index].positions:
+            anew = runs.steps(goal, position)
+            if situation.is_at_rest:
+                assert list(memoized.at_rest(situation)) == list(anew.at_rest(situation))
+                assert memoized.begin(situation.state) == anew.begin(situation.state)
+            elif situation.goal == position:
+                assert list(memoized.following(situation)) == list(anew.following(situation))

@@ -69,12 +69,14 @@ class RequestMonitor:
         self._uses = {operation.name: self._protocol.uses(operation) for operation in model.operations}
         self._operations = {operation.name: operation for operation in model.operations}
         self._judged: dict[tuple[RequestMemory, tuple[RunNote, ...]], tuple[StepJudgement, ...]] = {}
+        self._triggers = program.triggers
+        self._kept: dict[tuple[StepJudgement, int], StepJudgement] = {}
         self._orphans: dict[tuple[int, str, int], bool] = {}
 
     def judged(
         self, memory: RequestMemory, notes: tuple[RunNote, ...], state: int | None, *, is_cut_off: bool
-    ) -> Iterator[StepJudgement]:
-        """Yield what a step may do; what a limit cuts off may have been judged or not.
+    ) -> Sequence[StepJudgement]:
+        """Return what a step may do; what a limit cuts off may have been judged or not.
 
         Args:
             memory: what was remembered before it.
@@ -82,9 +84,8 @@ class RequestMonitor:
             state: the packed state after it; `None` if no situation follows.
             is_cut_off: whether a limit of plans ends the run on the way.
         """
-        *cut_offs, last = self._after_each(memory, notes)
-        for each in cut_offs if is_cut_off else (last,):
-            yield each._replace(memory=self._still_true(each.memory, state or 0))
+        each = self._after_each(memory, notes)
+        return [self._still_true(judged, state or 0) for judged in (each[:-1] if is_cut_off else each[-1:])]
 
     def _after_each(self, memory: RequestMemory, notes: tuple[RunNote, ...]) -> tuple[StepJudgement, ...]:
         """Return what was done until each note about a limit, and what the whole step does."""
@@ -112,12 +113,15 @@ class RequestMonitor:
                         violated.update(dict.fromkeys(self._violated_at(note, owners, went_wrong)))
         yield StepJudgement(_memory(owners, went_wrong), tuple(violated))
 
-    def _still_true(self, memory: RequestMemory, state: int) -> RequestMemory:
-        """Return what is worth remembering: the owners of triggers that are true."""
-        if not memory.owners:
-            return memory
-        requests = self._program.requests
-        return memory._replace(owners=tuple(pair for pair in memory.owners if state & requests[pair[0]].trigger))
+    def _still_true(self, judged: StepJudgement, state: int) -> StepJudgement:
+        """Return a judgement that remembers no more than is worth it: the owners of triggers that are true."""
+        if not judged.memory.owners:
+            return judged
+        key = judged, state & self._triggers
+        if key not in self._kept:
+            owners = tuple(p for p in judged.memory.owners if state & self._program.requests[p[0]].trigger)
+            self._kept[key] = judged._replace(memory=judged.memory._replace(owners=owners))
+        return self._kept[key]
 
     # judgement
 

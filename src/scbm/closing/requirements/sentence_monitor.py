@@ -8,7 +8,7 @@ from scbm.running.untimed.situations import NoteKind
 from scbm.running.untimed.watched_steps import NOWHERE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from scbm.model import Predicate, Requirement
     from scbm.running.untimed.situations import RunNote
@@ -54,8 +54,8 @@ class SentenceMonitor:
         state: int | None,
         *,
         is_cut_off: bool,
-    ) -> Iterator[SentenceJudgement]:
-        """Yield what a step may do.
+    ) -> Sequence[SentenceJudgement]:
+        """Return what a step may do.
 
         Args:
             memory: what is remembered before it.
@@ -66,15 +66,13 @@ class SentenceMonitor:
         key = memory, id(notes)  # the graph keeps the notes
         if key not in self._known:
             self._known[key] = self._followed(memory, notes)
-        followed = self._known[key]
-        ends = followed.cut_offs if is_cut_off else followed.ends
-        for rest, judgement in ends:
-            if state is None or rest == state:
-                yield judgement
-        if not is_cut_off:
-            if not ends:
-                yield followed.last
-            yield from (judgement for rest, judgement in followed.cut_offs if rest == NOWHERE)
+        last, cut_offs, ends = self._known[key]
+        if is_cut_off:
+            return [judgement for rest, judgement in cut_offs if state is None or rest == state]
+        if not ends and not cut_offs:
+            return last
+        reached = [judgement for rest, judgement in ends if state is None or rest == state] if ends else last
+        return [*reached, *(judgement for rest, judgement in cut_offs if rest == NOWHERE)]
 
     def _followed(self, memory: bool, notes: tuple[RunNote, ...]) -> _FollowedNotes:  # noqa: FBT001 - as above
         last = SentenceJudgement(memory, (), stays=memory)
@@ -92,7 +90,7 @@ class SentenceMonitor:
                     found.append((note.state, judgement))
                 case _:
                     pass
-        return _FollowedNotes(last, tuple(dict.fromkeys(cut_offs)), tuple(dict.fromkeys(ends)))
+        return _FollowedNotes((last,), tuple(dict.fromkeys(cut_offs)), tuple(dict.fromkeys(ends)))
 
     def _after(self, before: SentenceJudgement, truths: int) -> SentenceJudgement:
         key = before, truths
@@ -107,11 +105,11 @@ class _FollowedNotes(NamedTuple):
     """What the notes of a step do.
 
     Attributes:
-        last: what the whole step does, unless a livelock ends the run in it.
+        last: what the whole step does, unless a livelock ends the run in it; one judgement.
         cut_offs: what it has done where a limit of plans ends the run, each with the state at rest then.
         ends: what it does if a livelock ends the run in it, each with the state at rest then.
     """
 
-    last: SentenceJudgement
+    last: tuple[SentenceJudgement]
     cut_offs: tuple[tuple[int, SentenceJudgement], ...]
     ends: tuple[tuple[int, SentenceJudgement], ...]

@@ -54,7 +54,7 @@ class RunMonitor(Protocol):
         ...
 
     @property
-    def judged(self) -> Callable[..., Iterator[Judgement]]:
+    def judged(self) -> Callable[..., Sequence[Judgement]]:
         """The function that gets memory, notes, the packed state after the step, and whether a limit cuts it off."""
         ...
 
@@ -119,9 +119,14 @@ class ViolationSearch:
 
             def successors(place: Place, graph: RunGraph = graph) -> Iterator[tuple[Edge, Place]]:
                 for edge, judged in judged_from(self._monitor, graph, place):
+<<<<<<< HEAD
                     if graph.label(edge.number) not in self._events:
                         continue
                     found.update(dict.fromkeys(judged.violated))
+=======
+                    if judged.violated:
+                        found.update(dict.fromkeys(judged.violated))
+>>>>>>> af2ca0e8 (Judge the steps of runs without a generator for each)
                     if edge.target >= 0:
                         yield edge, (edge.target, judged.memory)
 
@@ -187,8 +192,8 @@ def judged_from(monitor: RunMonitor, graph: RunGraph, place: Place) -> Iterator[
             yield edge, judged
 
 
-def judged_over(monitor: RunMonitor, graph: RunGraph, edge: Edge, memory: Memory) -> Iterator[Judgement]:
-    """Yield the judgements of a step."""
+def judged_over(monitor: RunMonitor, graph: RunGraph, edge: Edge, memory: Memory) -> Sequence[Judgement]:
+    """Return the judgements of a step."""
     state = graph.positions[edge.target - 1].state if edge.target >= 0 else None
     is_cut_off = graph.label(edge.number) is PLAN_LIMIT
     return monitor.judged(memory, graph.notes(edge.number), state, is_cut_off=is_cut_off)

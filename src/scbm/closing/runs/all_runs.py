@@ -346,9 +346,8 @@ class AllRuns:
             is_open=self.scope.is_open,
             is_sequence=self.goals is GoalOrder.SEQUENCE or bool(watched),
         )
-        if isinstance(steps, ProjectedSteps):
-            return steps.read_goal(goal)
-        return steps.watch([self.program.test(each) for each in watched]) if isinstance(steps, WatchedSteps) else steps
+        steps.read_goal(goal)
+        return steps.watch(watched) if isinstance(steps, WatchedSteps) else steps
 
     def queues(self, goal: Predicate) -> PlanQueues:
         """Return what is left of plans to a goal whose steps were asked for."""

@@ -65,6 +65,9 @@ class Edge(NamedTuple):
     visits: int
 
 
+_edge: Callable[[tuple[int, int, int]], Edge] = partial(tuple.__new__, Edge)  # half the time of the constructor
+
+
 class RunGraph(Struct):
     """The explored part of the graph. Node 0 is no position: its edges are the initial states.
 
@@ -108,11 +111,9 @@ class RunGraph(Struct):
         return self._reach
 
     def edges(self, node: int) -> Iterator[Edge]:
-        """Yield the events that can occur in a node; none if the node was not expanded."""
-        if node + 1 >= len(self._first):
-            return
-        for number in range(self._first[node], self._first[node + 1]):
-            yield Edge(number, self._targets[number], self._visits[number])
+        """Return the events that can occur in a node; none if the node was not expanded."""
+        first, last = self._first[node], self._first[node + 1]
+        return map(_edge, zip(range(first, last), self._targets[first:last], self._visits[first:last], strict=True))
 
     def calm_edges(self, node: int) -> Iterator[Edge]:
         """Return the events except replies that arrive before the planner has answered.
@@ -280,9 +281,9 @@ class RunExploration:
         is_before_goal = position is None or position.goal == NO_GOAL
         nodes, targets, visits, labels = self._nodes, self._targets, self._visits, self._labels
         for label, step in self._first_steps() if position is None else steps_from(self._steps, position):
-            target, visited, cut_off, rests, cut_off_rests, _ = step
+            target, visited, cut_off, rests, cut_off_rests, notes = step
             number = len(targets)
-            if cut_off_rests or len(rests) > 1 or self._keeps_notes or self._is_single:
+            if cut_off_rests or len(rests) > 1 or self._is_single:
                 gives_goal = not is_before_goal or (position is not None and not _is_outside(label))
                 self._record(label, step, NO_MORE_GOALS if self._is_single and gives_goal else NO_GOAL)
             else:  # most steps
@@ -294,6 +295,8 @@ class RunExploration:
                     targets.append(-1)
                 visits.append(self._known.setdefault(visited, visited))
                 labels.append(label)
+                if self._keeps_notes:
+                    self._notes.append(self._known_notes.setdefault(notes, notes) if notes else ())
             self._visited |= visited
             if cut_off & ~self._cut_off:  # one edge of each kind is enough
                 self._cut_off |= cut_off

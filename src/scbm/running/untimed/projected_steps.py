@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from scbm.running import Program
     from scbm.running.compiled_steps import CompiledStep, RequestLine
     from scbm.running.micro_steps import MicroStep, MicroSteps
+    from scbm.running.untimed.situations import RunNote
 
 Result = TypeVar("Result")
 
@@ -46,7 +47,7 @@ _ANY_PLAN = -1
 # Half of the time that the constructor of a named tuple takes.
 _position: Callable[[tuple[int, int, tuple[int, ...], WaitsFor, int]], Position] = partial(tuple.__new__, Position)
 _step: Callable[[tuple[object, ...]], RunStep] = partial(tuple.__new__, RunStep)
-_ending: Callable[[tuple[int, tuple[int, ...]]], RunEnding] = partial(tuple.__new__, RunEnding)
+_ending: Callable[[tuple[object, ...]], RunEnding] = partial(tuple.__new__, RunEnding)
 
 
 class Projection(Struct, Generic[Result]):
@@ -77,9 +78,10 @@ class Turn(NamedTuple):
         visits: what was visited.
         drops_plan: whether the rest of the plan is given up.
         waits: whether the runner waits for an event. If not, and there is no end, the plan decides.
-        end: `plan.state` after the end of the run; `None` if it goes on, or automatic transitions repeat without end.
+        end: the end of the run; `None` if it goes on, or automatic transitions repeat without end.
         livelock: the step that ends there.
         passed: the differences of the states in which guards were evaluated, but for the first one.
+        notes: what was noted, but for the end of the run.
     """
 
     difference: int
@@ -87,9 +89,10 @@ class Turn(NamedTuple):
     visits: int
     drops_plan: bool
     waits: bool
-    end: PlanState | None
+    end: End | None
     livelock: RunStep | None
     passed: tuple[int, ...]
+    notes: tuple[RunNote, ...]
 
 
 class Idling(NamedTuple):
@@ -141,7 +144,7 @@ class ProjectedSteps(RunSteps):
         self._idlings: dict[tuple[int, tuple[int, ...], PlanState | None, int | None], Projection[Idling]] = {}
         self._known_events: dict[tuple[int, tuple[int, ...]], list[_Event]] = {}
         self._nexts = _Nexts()
-        self._turn_end: PlanState | None = None
+        self._turn_end: End | None = None
         self._turn_livelock: RunStep | None = None
         self._is_in_turn = self._is_repeating = False
         return self
@@ -175,27 +178,28 @@ class ProjectedSteps(RunSteps):
             if turn.waits:
                 plan = 0 if turn.drops_plan else queue
                 target = _position((after ^ turn.difference, plan, turn.in_flight, WaitsFor.NOTHING, goal))
-                yield happening, _step((target, turn.visits, 0, (), (), ()))
+                yield happening, _step((target, turn.visits, 0, (), (), self._notes_of(turn, after)))
             elif turn.end is not None:
-                visits, rests = self._end(after ^ turn.difference, turn.in_flight, turn.end)
-                yield happening, _step((None, turn.visits | visits, 0, rests, (), ()))
+                visits, rests, notes = self._ending(after ^ turn.difference, turn.in_flight, turn.end)
+                yield happening, _step((None, turn.visits | visits, 0, rests, (), self._notes_of(turn, after) + notes))
             elif awaits is WaitsFor.PLAN and self._outside and turn.livelock is None:
                 target = _position((after ^ turn.difference, position.queue, turn.in_flight, awaits, goal))
-                yield happening, _step((target, turn.visits, 0, (), (), ()))
+                yield happening, _step((target, turn.visits, 0, (), (), self._notes_of(turn, after)))
             else:
                 run = self._resumed(position)
                 run.state = after
                 yield happening, self._take(run, turn) or self._follow_plan(run) or self._settle(run)
         ending = self._end(state, in_flight, PlanState.ABORTED)
         if self._is_sequence or ending.visits:
-            yield TIME_LIMIT, RunStep(None, ending.visits, rests=ending.rests)
+            yield TIME_LIMIT, RunStep(None, ending.visits, rests=ending.rests, notes=ending.notes)
 
     def at_rest(self, rest: Position) -> Iterator[tuple[Happening, RunStep]]:
         """Yield everything that can happen while no goal is pursued: changes from outside, and what follows them."""
         for change in self._events_in(rest.state, ()):
             after = rest.state ^ change.difference
-            visits, rests = self._settled(after, (after & self._reads.control, (), None, change.difference))
-            yield change.happening, _step((None, visits, 0, rests, (), ()))
+            key = (after & self._reads.control, (), None, change.difference)
+            visits, rests, notes = self._settled(after, key)
+            yield change.happening, _step((None, visits, 0, rests, (), notes))
 
     def _events_in(self, state: int, in_flight: tuple[int, ...]) -> list[_Event]:
         """Return the events that are possible in a state, but for those of the planner and limits."""
@@ -225,6 +229,7 @@ class ProjectedSteps(RunSteps):
 
     def _take(self, run: SettlingRun, turn: Turn) -> RunStep | None:
         """Take a turn; return the step if the run waits or ends."""
+        run.notes += self._notes_of(turn, run.state)
         if turn.livelock is not None:
             return run.complete(None, turn.livelock.visits, turn.livelock.rests)
         run.state = run.settled = run.state ^ turn.difference
@@ -233,8 +238,12 @@ class ProjectedSteps(RunSteps):
         if turn.drops_plan:
             run.queue = 0
         if turn.end is not None:
-            return run.complete(None, *self._end(run.state, run.in_flight, turn.end))
+            return run.complete(None, *self._ending(run.state, run.in_flight, turn.end))
         return run.waiting(WaitsFor.NOTHING) if turn.waits else None
+
+    def _notes_of(self, turn: Turn, state: int) -> tuple[RunNote, ...]:  # noqa: ARG002 - for watched predicates
+        """Return the notes about a turn from a state."""
+        return turn.notes
 
     def _turns_in(
         self,
@@ -284,6 +293,7 @@ class ProjectedSteps(RunSteps):
             self._turn_end,
             self._turn_livelock,
             tuple(each ^ state for each in passed[1:]),
+            run.notes,
         )
         if turn.livelock is None:
             turns.add(state, read, turn)
@@ -292,7 +302,7 @@ class ProjectedSteps(RunSteps):
     def _ended(self, run: SettlingRun, end: End) -> RunStep:
         if not self._is_in_turn:
             return super()._ended(run, end)
-        self._turn_end = end.plan_state  # what follows it is found for each state
+        self._turn_end = end  # what follows it is found for each state
         return run.complete(None)
 
     def _livelock(self, run: SettlingRun, chain: tuple[int, ...]) -> RunStep:
@@ -309,7 +319,7 @@ class ProjectedSteps(RunSteps):
         settled = None if self._is_repeating else 0
         return self._settled(state, (state & self._reads.control, in_flight, plan_state, settled))
 
-    def _idle(self, state: int) -> tuple[int, tuple[int, ...]]:
+    def _idle(self, state: int) -> RunEnding:
         return self._settled(state, (state & self._reads.control, (), None, None))
 
     def _settled(self, state: int, key: tuple[int, tuple[int, ...], PlanState | None, int | None]) -> RunEnding:
@@ -329,13 +339,23 @@ class ProjectedSteps(RunSteps):
             _, in_flight, plan_state, difference = key
             ended = state if plan_state is None else self._at_end(state, self._requests(in_flight), plan_state)
             before = self._reads.begin(None if difference is None else state ^ difference)
-            visits, settled = super()._idle(ended)
+            visits, settled, _ = super()._idle(ended)
             read, passed = self._reads.end(before)
             idling = Idling(settled[0] ^ state if settled else None, visits, tuple(each ^ state for each in passed))
             idlings.add(state, read, idling)
         for difference in idling.passed:
             self.evaluated[state ^ difference] = None
-        return _ending((idling.visits, () if idling.difference is None else (state ^ idling.difference,)))
+        rests = () if idling.difference is None else (state ^ idling.difference,)
+        return _ending((idling.visits, rests, self._notes_while_idle(state, key[1], idling)))
+
+    def _notes_while_idle(
+        self,
+        state: int,  # noqa: ARG002 - for watched predicates
+        in_flight: tuple[int, ...],  # noqa: ARG002 - as above
+        idling: Idling,  # noqa: ARG002 - as above
+    ) -> tuple[RunNote, ...]:
+        """Return the notes about what follows the end of a run in a state, until the runner is settled at rest."""
+        return ()
 
 
 class _Collected(Struct):

@@ -40,6 +40,7 @@ from scbm.running.untimed.situations import (
     TIME_LIMIT,
     Happening,
     HappeningKind,
+    NoteKind,
     PlanningTooLargeError,
     Position,
     RunStep,
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
     from scbm.running.outside_changes import Maker
     from scbm.running.untimed.plan_queues import FollowingOperation, PlanQueues
     from scbm.running.untimed.relevance import Relevance
-    from scbm.running.untimed.situations import Visits
+    from scbm.running.untimed.situations import RunNote, Visits
 
     Plan: TypeAlias = Callable[[int], Answer]
     """The planner's answer in a packed state."""
@@ -114,6 +115,7 @@ class SettlingRun(Struct):
         goal: the number of the goal.
         cut_off_rests: the states of the runner at rest if the limit of plans had ended the run on the way.
         settled: the last state in which no automatic transition acted; `None` if it is not known.
+        notes: what was noted so far, where notes are kept.
     """
 
     state: int
@@ -127,6 +129,7 @@ class SettlingRun(Struct):
     goal: int = 0
     cut_off_rests: tuple[int, ...] = ()
     settled: int | None = None
+    notes: tuple[RunNote, ...] = ()
 
     def position(self, awaits: WaitsFor, queue: int) -> Position:
         """Return where the run is if it is settled."""
@@ -136,9 +139,11 @@ class SettlingRun(Struct):
         """Return the step that is complete here, as the run waits for an event."""
         return self.complete(self.position(awaits, self.queue))
 
-    def complete(self, target: Position | None, visits: int = 0, rests: tuple[int, ...] = ()) -> RunStep:
-        """Return the step that is complete here, with what it visits beside what was visited so far."""
-        return RunStep(target, self.visits | visits, self.cut_off, rests, self.cut_off_rests)
+    def complete(
+        self, target: Position | None, visits: int = 0, rests: tuple[int, ...] = (), notes: tuple[RunNote, ...] = ()
+    ) -> RunStep:
+        """Return the step that is complete here, with what it visits and what is noted in the end."""
+        return RunStep(target, self.visits | visits, self.cut_off, rests, self.cut_off_rests, self.notes + notes)
 
 
 class RunEnding(NamedTuple):
@@ -147,10 +152,12 @@ class RunEnding(NamedTuple):
     Attributes:
         visits: what follows it, until the runner is settled; where each run has one goal, what ever follows it.
         rests: the states of the runner at rest, where goals follow each other.
+        notes: what is noted until then, where notes are kept.
     """
 
     visits: int
     rests: tuple[int, ...] = ()
+    notes: tuple[RunNote, ...] = ()
 
 
 _NOTHING_FOLLOWS = RunEnding(0)
@@ -225,7 +232,7 @@ class RunSteps:
         self._answered_steps: dict[int | tuple[int, ...], RunStep] = {}
         self._known_changes: dict[Happening, Happening] = {}
         self._requests_of: dict[tuple[int, ...], tuple[RequestLine, ...]] = {(): ()}
-        self._rest_visits = RestVisits(self._outside, self._idle)
+        self._rest_visits = RestVisits(self._outside, lambda state: self._idle(state)[:2])
         self._after_ends: dict[int, RunEnding] = {}
         self._ends: dict[PlanState, dict[int | tuple[int, ...], RunEnding]] = {state: {} for state in PlanState}
 
@@ -249,14 +256,14 @@ class RunSteps:
 
     def start(self, state: int) -> RunStep:
         """Return the step in which the runner starts in a packed state: it settles without a goal."""
-        visits, rests = self._idle(state & self._kept)
-        return RunStep(None, visits, rests=rests)
+        visits, rests, notes = self._idle(state & self._kept)
+        return RunStep(None, visits, rests=rests, notes=notes)
 
     def at_rest(self, rest: Position) -> Iterator[tuple[Happening, RunStep]]:
         """Yield everything that can happen while no goal is pursued: changes from outside, and what follows them."""
         for change, after in self._changes_from_outside(rest.state, ()):
-            visits, rests = self._idle(after)
-            yield change, RunStep(None, visits, rests=rests)
+            visits, rests, notes = self._idle(after)
+            yield change, RunStep(None, visits, rests=rests, notes=notes)
 
     def _changes_from_outside(self, state: int, in_flight: Sequence[int]) -> Iterator[tuple[Happening, int]]:
         """Yield the changes from outside that are possible, each once, with the packed states after them."""
@@ -481,9 +488,9 @@ class RunSteps:
         if known is None:
             asking = SettlingRun(run.state, 0, run.in_flight, run.asked, goal=self._number, settled=run.settled)
             known = self._answered_steps[key] = self._settle(asking)
-        target, visits, cut_off, rests, cut_off_rests, _ = known
+        target, visits, cut_off, rests, cut_off_rests, notes = known
         visits, cut_off = run.visits | visits, run.cut_off | cut_off
-        return RunStep(target, visits, cut_off, rests, run.cut_off_rests + cut_off_rests)
+        return RunStep(target, visits, cut_off, rests, run.cut_off_rests + cut_off_rests, run.notes + notes)
 
     def _take_next(self, run: SettlingRun, way: FollowingOperation) -> None:
         """Let the next operation of the plan become current, or the plan end."""
@@ -566,12 +573,19 @@ class RunSteps:
 
     def _ended(self, run: SettlingRun, end: End) -> RunStep:
         """Return the step with which a run ends."""
-        after = self._end(run.state, run.in_flight, end.plan_state)
-        return run.complete(None, after.visits, after.rests)
+        return run.complete(None, *self._ending(run.state, run.in_flight, end))
+
+    def _ending(self, state: int, in_flight: tuple[int, ...], end: End) -> RunEnding:
+        """Return what follows this end of a run, with what is noted about it."""
+        return self._end(state, in_flight, end.plan_state)
+
+    def _note_possible_end(self, run: SettlingRun, kind: NoteKind, ending: RunEnding) -> None:
+        """Note that a run can end here, too, where notes are kept."""
 
     def _cut_off(self, run: SettlingRun) -> None:
         """Note what follows if a limit ends the run here."""
         end = self._end(run.state, run.in_flight, PlanState.ABORTED)
+        self._note_possible_end(run, NoteKind.MAY_BE_CUT_OFF, end)
         run.cut_off |= end.visits
         run.cut_off_rests += end.rests
 
@@ -581,6 +595,7 @@ class RunSteps:
         rests: tuple[int, ...] = ()
         for state in dict.fromkeys((run.state, *chain)):
             end = self._end(state, run.in_flight, PlanState.ABORTED)
+            self._note_possible_end(run, NoteKind.MAY_END, end)
             visits |= end.visits
             rests += end.rests
         return run.complete(None, visits, tuple(dict.fromkeys(rests)))
@@ -597,9 +612,7 @@ class RunSteps:
 
     def _after_end(self, state: int) -> RunEnding:
         if state not in self._after_ends:
-            self._after_ends[state] = (
-                RunEnding(*self._idle(state)) if self._is_sequence else RunEnding(self._rest(state))
-            )
+            self._after_ends[state] = self._idle(state) if self._is_sequence else RunEnding(self._rest(state))
         return self._after_ends[state]
 
     def _at_end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> int:
@@ -611,10 +624,10 @@ class RunSteps:
 
     def _rest(self, state: int) -> int:
         """Return what a runner without a goal visits from a packed state on, whatever changes from outside."""
-        visits, settled = self._idle(state)
+        visits, settled, _ = self._idle(state)
         return visits | (self._rest_visits.of(*settled) if settled and self._outside else 0)
 
-    def _idle(self, state: int) -> tuple[int, tuple[int, ...]]:
+    def _idle(self, state: int) -> RunEnding:
         """Return what a runner without a goal visits from a packed state until it is settled, and the state then.
 
         There is no such state if automatic transitions repeat without end.
@@ -625,11 +638,11 @@ class RunSteps:
             self.evaluated[state] = None
             step = self._idle_steps.first(state, (), timer_passed=False)
             if not isinstance(step, AutomaticMove):
-                return visits, (state & self._kept,)
+                return RunEnding(visits, (state & self._kept,))
             visits |= self._taken[step.transition.name]
             state = step.after & self._kept
             if state in seen or len(seen) > self._bound:
-                return visits, ()
+                return RunEnding(visits)
             seen[state] = None
 
 

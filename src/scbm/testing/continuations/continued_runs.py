@@ -77,6 +77,7 @@ class ContinuedRuns:
                 is_open=is_open,
                 is_sequence=is_sequence,
             )
+            self._steps[key].read_goal(goal)
         return self._steps[key]
 
     def relevance(self, goal: Predicate) -> Relevance:
