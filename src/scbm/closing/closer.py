@@ -26,6 +26,7 @@ from scbm.closing.advice.suggestions import Oracles, TriedVisits, in_order_of, s
 from scbm.closing.case_searches import CASE_SEARCHES, ClosingTask, helpful, takes_classes
 from scbm.closing.counted_activity import CountedActivity
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
+from scbm.closing.few_collections import few_collections
 from scbm.closing.interruption import Interruption
 from scbm.closing.proofs.proofs import Proofs, explored_for_proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates
@@ -144,7 +145,7 @@ class Closer:
                 much.
             one_case_each: whether each obligation gets the shortest case found, even if longer cases visit more.
         """
-        with _few_collections():
+        with few_collections():
             return self._close(suite, wanted, one_case_each=one_case_each)
 
     def _close(self, suite: Campaign | None, wanted: Sequence[Obligation] | None, *, one_case_each: bool) -> Closing:
@@ -541,21 +542,6 @@ class Closer:
             frozenset(each for each in obligations if obligations.bit(each) & merit.freely),
             frozenset(each for each in obligations if obligations.bit(each) & by_force),
         )
-
-
-_COLLECTION_THRESHOLDS = (200_000, 50, 100)
-"""Explorations keep some hundred thousand objects and drop no cycles: Python looks for cycles after 700 by default."""
-
-
-@contextmanager
-def _few_collections() -> Iterator[None]:
-    """Let Python search for cycles of unused objects less often; that takes a tenth of the time of closing."""
-    before = gc.get_threshold()
-    gc.set_threshold(*_COLLECTION_THRESHOLDS)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
 
 
 @contextmanager

@@ -18,6 +18,7 @@ from scbm.closing.decisions import (
     RequirementDecisions,
     RequirementStatus,
 )
+from scbm.closing.few_collections import few_collections
 from scbm.closing.interruption import Interruption
 from scbm.closing.proofs.proofs import scope_of_proofs
 from scbm.closing.requirements.blocking_search import BlockingSearch
@@ -108,6 +109,10 @@ class RequirementCloser:
             suite: the executed suite.
             closing: the result of closing the obligations; its cases may violate requirements already.
         """
+        with few_collections():
+            return self._decide(suite, closing)
+
+    def _decide(self, suite: Campaign, closing: Closing) -> RequirementDecisions:
         off = dict(self._not_judged())
         asked = [name for name in map(str, BUILT_INS) if name not in off]
         names = [case for case, _ in closing.after.cases]
