@@ -108,7 +108,7 @@ class SentenceDecisions:
         self._collect = collect
         self._answers: dict[str, SentenceAnswer] = {}
         self.proved: dict[RequirementKey, Proof] = {}
-        self._any_plans: AllRuns | None = None
+        self._any_plans: dict[RunScope, AllRuns] = {}
 
     @property
     def are_any(self) -> bool:
@@ -229,13 +229,12 @@ class SentenceDecisions:
         if runs.plans is PlanSet.ANY:
             return runs
         scope = replace(runs.scope, plans=PlanSet.ANY)
-        if self._any_plans is not None and self._any_plans.scope == scope:
-            return self._any_plans
-        most = self._limits.situations // _SHARE_OF_ANY_PLANS
-        if runs.situations > most:
-            return None
-        self._any_plans = self._explore(scope, replace(self._limits, situations=most))
-        return self._any_plans
+        if scope not in self._any_plans:
+            most = self._limits.situations // _SHARE_OF_ANY_PLANS
+            if runs.situations > most:
+                return None
+            self._any_plans[scope] = self._explore(scope, replace(self._limits, situations=most))
+        return self._any_plans[scope]
 
     def _decided_in(self, runs: AllRuns, requirement: Requirement) -> SentenceAnswer:
         """Return the answer of one exploration, with a case if there is a violation to show."""
