@@ -119,14 +119,10 @@ class ViolationSearch:
 
             def successors(place: Place, graph: RunGraph = graph) -> Iterator[tuple[Edge, Place]]:
                 for edge, judged in judged_from(self._monitor, graph, place):
-<<<<<<< HEAD
                     if graph.label(edge.number) not in self._events:
                         continue
-                    found.update(dict.fromkeys(judged.violated))
-=======
                     if judged.violated:
                         found.update(dict.fromkeys(judged.violated))
->>>>>>> af2ca0e8 (Judge the steps of runs without a generator for each)
                     if edge.target >= 0:
                         yield edge, (edge.target, judged.memory)
 
