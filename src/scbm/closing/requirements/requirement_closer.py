@@ -249,6 +249,8 @@ class RequirementCloser:
         missed = search.missed()
         if missed:
             self._others.show(others, map(search.walk, missed), (key,))
+            if key not in self._others.cases:
+                self._others.leave_open(key, _why_missed(missed))
         elif not search.is_complete or search.is_any_unknown:
             self._others.leave_open(key, _UNKNOWN_HELP if search.is_any_unknown else TOO_MANY)
         return not missed and search.is_complete and not search.is_any_unknown

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from msgspec.structs import replace
 
@@ -9,7 +11,7 @@ from scbm.cases import Case
 from scbm.closing import CloseLimits
 from scbm.closing.decisions import DecidedRequirement, RequirementDecisions, RequirementStatus
 from scbm.closing.requirements.requirement_closer import RequirementCloser
-from scbm.files import read_case, read_model, write_case
+from scbm.files import load_model, read_case, read_model, write_case
 from scbm.model import BehaviorModel, PlannerChoice, RunPlans, State
 from scbm.planning import model_with_plans
 from scbm.testing import Campaign, Execution, Tester
@@ -126,6 +128,14 @@ def test_other_plans_are_not_decided_where_there_are_too_many_runs() -> None:
     ((reason, names),) = decisions.not_decided_with_other_plans.items()
     assert reason
     assert "never_right" in names
+
+
+def test_an_endless_run_with_other_plans_is_possible_and_not_called_a_violation() -> None:
+    model = load_model(Path(__file__).parents[4] / "examples" / "gripper" / "cell.yaml")
+    decisions = decide(model)
+    ((reason, names),) = decisions.not_decided_with_other_plans.items()
+    assert names == ["recovers"]
+    assert "move_to_tray" in reason, "the operations that may be repeated"
 
 
 def test_a_case_of_the_suite_with_other_plans_violates_nothing_under_canonical_plans() -> None:
