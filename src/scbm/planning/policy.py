@@ -80,6 +80,9 @@ _ON_DEMAND_WORK = 20
 _MAX_ON_DEMAND = 20_000
 """Number of states with distances on demand beyond which the policy tries to plan for the whole world at once."""
 
+_SEARCH_WORK = 1 << 13
+"""A search takes at least about as long as to expand so many states on demand."""
+
 
 class Policy:
     """The answers of `Planner.plan` for one goal, from any packed state; `expanded` is 0 where nothing was searched.
@@ -124,7 +127,7 @@ class Policy:
         self._has_tried_everywhere = self._most <= _MAX_ON_DEMAND
         self._answers: dict[int, Answer] = {}
         self._should_continue: ShouldContinue = always
-        self._polls = self._brief_states = 0
+        self._polls = self._searched_states = self._patience = 0
         self.brief_searches = 0
 
     def plan(self, state: int, should_continue: ShouldContinue = always) -> Answer:
@@ -145,7 +148,7 @@ class Policy:
     def planned(self) -> int:
         """The number of states that were planned for; those on demand count more, as each takes so much longer."""
         everywhere = 0 if self._everywhere is None else self._everywhere.count
-        return everywhere + self._brief_states + self._polls * _ON_DEMAND_WORK
+        return everywhere + self._searched_states + self._polls * _ON_DEMAND_WORK
 
     def _on_demand(self, most: int) -> DistancesOnDemand:
         return DistancesOnDemand(self._successors, self._problem.is_goal, most)
@@ -169,7 +172,7 @@ class Policy:
                 return self._checked(state, self._everywhere.plan(state), self._everywhere.count)
             except LookupError:
                 pass  # a request is in flight in this state
-        if self._distances.know(state):
+        if self._patience <= 0 and self._distances.know(state):
             plan = None if self._distances.distance(state) is None else self._path(state)
             return self._checked(state, plan, self._distances.lost)
         if self._has_tried_everywhere:
@@ -177,6 +180,8 @@ class Policy:
         self._has_tried_everywhere = True
         self._everywhere = plans_everywhere(self._problem, self._whole)
         self._distances = self._on_demand(self._most)
+        if self._everywhere is None and self._most == self._limits.expansions:
+            self._patience = self._most
         return self._answer(state)
 
     def _brief_answer(self, state: int) -> Answer | None:
@@ -186,7 +191,7 @@ class Policy:
             self.brief_searches = 0
             return None
         self.brief_searches -= 1
-        self._brief_states += answer.expanded
+        self._searched_states += answer.expanded
         return answer
 
     def _checked(self, state: int, plan: tuple[str, ...] | None, lost: int) -> Answer:
@@ -197,7 +202,13 @@ class Policy:
         return Solved(plan, 0) if len(plan) <= self._limits.length else LimitReached(Limit.LENGTH, 0)
 
     def _searched(self, state: int) -> Answer:
-        return self._search(PlanProblem(self._problem, state, self._should_continue), self._limits)
+        answer = self._search(PlanProblem(self._problem, state, self._should_continue), self._limits)
+        if self._patience > 0:  # few searches take less time than to explore a large part of the world
+            self._searched_states += answer.expanded
+            self._patience -= max(answer.expanded, _SEARCH_WORK)
+            if isinstance(answer, LimitReached) and answer.limit is Limit.EXPANSIONS:
+                self._patience, self._distances = 0, self._on_demand(0)  # an exploration would exceed its limit, too
+        return answer
 
     def _path(self, state: int) -> tuple[str, ...]:
         names = []
