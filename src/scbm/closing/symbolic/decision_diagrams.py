@@ -26,6 +26,21 @@ class Diagram(Protocol):
         """The number of nodes, the leaf included; a set and its complement have the same."""
         ...
 
+    @property
+    def low(self) -> Diagram:
+        """The node where the first bit is 0; its complement counts if the set is `negated`."""
+        ...
+
+    @property
+    def high(self) -> Diagram:
+        """The node where the first bit is 1, likewise."""
+        ...
+
+    @property
+    def negated(self) -> bool:
+        """Whether the set is the complement of its node."""
+        ...
+
     def __and__(self, other: Diagram) -> Diagram: ...
     def __or__(self, other: Diagram) -> Diagram: ...
     def __invert__(self) -> Diagram: ...
@@ -51,10 +66,6 @@ class DiagramManager(Protocol):
 
     def exist(self, names: Iterable[str], diagram: Diagram) -> Diagram:
         """Return the set with any values of some bits."""
-        ...
-
-    def let(self, bits: Mapping[str, bool], diagram: Diagram) -> Diagram:
-        """Return the set of valuations of the other bits, where some have values."""
         ...
 
     def configure(self, **options: object) -> object:

@@ -290,8 +290,11 @@ class SetSearch:
         nothing = moves.space.manager.false
         for move in some:
             for part in parts:
-                here = replace(move, where=move.where & part.where)
-                after = moves.image(here, here.where)
+                where = move.where & part.where
+                if where == nothing:
+                    continue  # most are
+                here = replace(move, where=where)
+                after = moves.image(here, where)
                 if after == nothing:
                     continue
                 if after & ~part.where == nothing:

@@ -5,6 +5,7 @@ One set is about any plans, whichever are chosen. Another one is about canonical
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligations
@@ -63,7 +64,7 @@ class SetProofs:
         """Return the proofs for canonical plans about what is missing. Raises `NoSetError` beyond the limits."""
         return SetProofs(self._model, self._search.find_canonical(self._found, missing), self._search)
 
-    @property
+    @cached_property
     def never(self) -> int:
         """The obligations that no run visits, as bits."""
         return self._obligations.mask(*Aspect) & ~self.visited if self._found.is_complete else 0
