@@ -519,6 +519,7 @@ class Closer:
             one_goal = replace(extended, goals=(goal,))
             self._visited_for[goal] = self._visited_by_closing(one_goal, self._goal_planner.with_goals_of(one_goal))
             gc.collect()  # the explored runs have cycles
+            gc.freeze()  # what is left is cached, so the next search for cycles need not look at it
         return self._visited_for[goal]
 
     def _visited_by_closing(self, model: BehaviorModel, planner: Planner | None = None) -> TriedVisits:
@@ -531,8 +532,9 @@ class Closer:
         self._suggestion_states -= runs.situations + runs.planned
         if runs.is_interrupted:
             raise KeyboardInterrupt
-        tester, found = Tester(model, plans=planner and PlanCache(planner), program=program), list[Execution]()
-        search = CaseSearch(runs, tester, runs.visits.mask, 0, limits, found)
+        plans = PlanCache(runs.planner)
+        tester, found = Tester(model, plans=plans, program=program), list[Execution]()
+        search = CaseSearch(runs, tester, runs.visits.mask, 0, limits, found, plans=plans)
         search.run(short=False)
         force = ForcedCases(tester, runs.visits.mask & ~Merit.of(found).visited, 0, limits.candidates, found)
         force.in_graph(search, runs.visits.current, short=False)

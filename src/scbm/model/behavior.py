@@ -328,6 +328,14 @@ class BehaviorModel(PartlyCompared, frozen=True, dict=True):
         return (*taken, *(action for operation in self.operations for action in operation.timedout))
 
     @cached_property
+    def read(self) -> tuple[str, ...]:
+        """The variables on which the course of a run can depend."""
+        guards = (*(each.running_guard for each in self.transitions), *(each.guard for each in self.environment))
+        actions = (*self.actions, *(action for each in self.environment for action in each.actions))
+        parts = (*guards, *actions, *(goal for _, goal in self.goals))
+        return tuple(dict.fromkeys(name for part in parts for name in part.reads()))
+
+    @cached_property
     def nominal_state(self) -> State:
         """The state of the world in which every variable has its nominal value."""
         return State.nominal(self.space)

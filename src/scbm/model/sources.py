@@ -89,7 +89,7 @@ def inputs(model: BehaviorModel) -> tuple[str, ...]:
     """
     known = dict.fromkeys((*replied(model), *(name for r in model.resources for name in published_by(r, model))))
     known |= dict.fromkeys(action.target for action in _actions_of_operations(model))
-    read = dict.fromkeys(_read(model))
+    read = dict.fromkeys(model.read)
     found = []
     for variable in model.variables:
         is_free = variable.source is None and variable.name in read and variable.name not in known
@@ -121,7 +121,7 @@ def unassigned(model: BehaviorModel) -> tuple[str, ...]:
 def still(model: BehaviorModel) -> tuple[str, ...]:
     """Return the variables that the course of a run can depend on and that nothing changes."""
     changed = dict.fromkeys((*replied(model), *changed_from_outside(model), *(a.target for a in model.actions)))
-    read = dict.fromkeys(_read(model))
+    read = dict.fromkeys(model.read)
     return tuple(v.name for v in model.variables if v.name in read and v.name not in changed)
 
 
@@ -185,20 +185,6 @@ def _actions_of_operations(model: BehaviorModel) -> Iterator[Action]:
             if transition is not None:
                 yield from transition.running_actions
         yield from operation.timedout
-
-
-def _read(model: BehaviorModel) -> Iterator[str]:
-    """Yield the variables on which the course of a run can depend."""
-    for transition in model.transitions:
-        yield from transition.running_guard.reads()
-    for action in model.actions:
-        yield from action.reads()
-    for _, goal in model.goals:
-        yield from goal.reads()
-    for each in model.environment:
-        yield from each.guard.reads()
-        for action in each.actions:
-            yield from action.reads()
 
 
 class InitialStates:

@@ -114,6 +114,7 @@ class Task:
         moves = tuple(_packed_move(index, move, self.packing) for index, move in enumerate(self._system.moves))
         tables = _candidate_tables(self._system.moves, self.packing)
         self.successors: Callable[[int], Steps] = _SuccessorCache(moves, tables).__getitem__
+        self._last_reduced: tuple[int, ReducedSystem] | None = None
 
     def pack(self, state: Mapping[str, Value]) -> int:
         """Return a state of the world, packed; the runner's variables are at rest, whatever `state` says."""
@@ -121,7 +122,9 @@ class Task:
 
     def reduced(self, state: int) -> ReducedSystem:
         """Return the system of the states that are reachable from a packed state, reduced by the delete relaxation."""
-        return self._reducer.reduced([Region.of(self.packing.values(state))])
+        if self._last_reduced is None or self._last_reduced[0] != state:  # goals are often tried from the same state
+            self._last_reduced = state, self._reducer.reduced([Region.of(self.packing.values(state))])
+        return self._last_reduced[1]
 
     @cached_property
     def _reducer(self) -> SystemReducer:

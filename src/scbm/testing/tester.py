@@ -28,6 +28,7 @@ from scbm.planning import (
     PlanCache,
     PreferredPlans,
     ShortestPlans,
+    planner_of,
     planner_of_random_runs,
 )
 from scbm.running.simulation import (
@@ -393,7 +394,7 @@ class Tester:
             return case.recorded.planner
         if case.plans and self.model.runs.plans is RunPlans.DRAWN:
             return planner_of_random_runs(self.model)
-        return self._simulator.planner.identity
+        return planner_of(self.model)
 
     def lost(self, case: Case, why: str, run: Simulated | None = None, log: EventLog | None = None) -> Execution:
         """Return a case whose run was not finished, because a node was lost: it failed, and its visits do not count.

@@ -7,12 +7,13 @@ its percentage never rounds up to 100 or down to 0.
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.model import BehaviorModel
 
@@ -92,14 +93,8 @@ class Obligations:
 
         Each operation has one for each of its five states and *queued*; each automatic transition has *taken*.
         """
-        operations = [operation.name for operation in model.operations]
-        return Obligations(
-            (
-                *(Obligation(name, aspect) for name in operations for aspect in STATE_ASPECTS),
-                *(Obligation(transition.name, Aspect.TAKEN) for transition in model.automatic_transitions),
-                *(Obligation(name, Aspect.QUEUED) for name in operations),
-            )
-        )
+        operations = tuple(operation.name for operation in model.operations)
+        return _obligations(operations, tuple(transition.name for transition in model.automatic_transitions))
 
     def __iter__(self) -> Iterator[Obligation]:
         return iter(self.all)
@@ -135,3 +130,15 @@ class Obligations:
     def names(self, bits: int) -> tuple[str, ...]:
         """Return the names of the obligations in the set `bits`."""
         return tuple(str(obligation) for obligation, bit in self._bits.items() if bits & bit)
+
+
+@lru_cache(maxsize=8)
+def _obligations(operations: Sequence[str], automatic: Sequence[str]) -> Obligations:
+    """Return the obligations of operations and automatic transitions; most models of a process have the same names."""
+    return Obligations(
+        (
+            *(Obligation(name, aspect) for name in operations for aspect in STATE_ASPECTS),
+            *(Obligation(name, Aspect.TAKEN) for name in automatic),
+            *(Obligation(name, Aspect.QUEUED) for name in operations),
+        )
+    )

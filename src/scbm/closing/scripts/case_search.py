@@ -53,6 +53,7 @@ class CaseSearch:
         found: list[Execution] | None = None,
         progress: Callable[[str], None] | None = None,
         walks: Callable[[Sequence[RunGraph], int], Iterator[Walk]] = direct_walks,
+        plans: PlanCache | None = None,
     ) -> None:
         """Prepare the search.
 
@@ -65,6 +66,7 @@ class CaseSearch:
             found: the list that is extended, so that an interruption leaves what was found until then.
             progress: called with the obligation that is searched for, with counts.
             walks: yields the walks to one obligation, the best first.
+            plans: the plans of the planner of the runs; by default a new cache.
         """
         self.found: list[Execution] = [] if found is None else found
         self._runs = runs
@@ -75,7 +77,7 @@ class CaseSearch:
         self._walks = walks
         self._candidates = limits.candidates
         self._beyond = limits.beyond
-        self._scripts = CaseScripts(runs.model, runs.program, PlanCache(runs.planner))
+        self._scripts = CaseScripts(runs.model, runs.program, plans or PlanCache(runs.planner))
 
     def run(self, *, short: bool) -> None:
         """Search for everything: by the shortest case for each obligation, or by few cases that visit much."""

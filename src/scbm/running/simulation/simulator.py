@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 from copy import copy
+from functools import cached_property
 from itertools import count
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
@@ -126,10 +127,14 @@ class Simulator:
         self.options = options or RunnerOptions()
         self.plan_limits = plan_limits or PlanLimits.of(model)
         self.program = program or Program(model)
-        self.planner = Planner.of(model)
         self.plans: PlanSource = plans or PlanCache(self.planner)
         self.resources = {resource.name: resource for resource in model.resources}
         self.is_of_mutant = False
+
+    @cached_property
+    def planner(self) -> Planner:
+        """The planner of the model; the source of plans may have another one that answers alike."""
+        return Planner.of(self.model)
 
     def of_mutant(self, mutant: BehaviorModel, *, plans_alike: bool) -> Simulator:
         """Return a simulator of a mutant of the model, with the same limits.
@@ -144,8 +149,8 @@ class Simulator:
         simulator.model, simulator.is_of_mutant = mutant, True
         simulator.program = self.program.of_mutant(mutant)
         simulator.resources = {resource.name: resource for resource in mutant.resources}
+        simulator.planner = self.planner if plans_alike else Planner.of(mutant)
         if not plans_alike:
-            simulator.planner = Planner.of(mutant)
             simulator.plans = PlanCache(simulator.planner)
         return simulator
 

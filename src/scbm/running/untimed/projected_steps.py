@@ -7,7 +7,7 @@ difference of its bits away. The masks of what was read are learned: each grows 
 
 from __future__ import annotations
 
-from functools import partial, reduce
+from functools import cache, partial, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator
 
     from scbm.cases.trace import End
-    from scbm.model import Action, BehaviorModel, Predicate
+    from scbm.model import Action, Predicate
     from scbm.running import Program
     from scbm.running.compiled_steps import CompiledStep, RequestLine
     from scbm.running.micro_steps import MicroStep, MicroSteps
@@ -395,7 +395,7 @@ class _ReadVariables:
             for (mask, bits, step), each in zip(program.automatic_cubes, model.automatic_transitions, strict=True)
             for acts in (self._of_actions(each.running_actions),)
         )
-        self._parts = dict(self._parts_by_state(model))
+        self._parts = cache(self._tried_parts)
         self._collected = _Collected(None)
 
     def _of(self, names: Iterable[str]) -> int:
@@ -404,21 +404,14 @@ class _ReadVariables:
     def _of_actions(self, actions: Iterable[Action]) -> int:
         return reduce(or_, (self._of((each.target, *each.reads())) for each in actions), 0)
 
-    def _parts_by_state(
-        self, model: BehaviorModel
-    ) -> Iterator[tuple[tuple[str, OperationState], list[tuple[bool, CompiledStep, int, int]]]]:
-        """Yield for each operation in each state the parts that are tried: with a timer only, and what they read."""
-        for operation in model.operations:
-            parts = self._program.operations[operation.name].parts
-            for state in OperationState:
-                tried = []
-                for rule in (rule for rule in LIFECYCLE if rule.source is state and rule.part in parts):
-                    found = guard_and_actions(operation, rule.part)
-                    guard, actions = found or (Truth(True), operation.timedout)
-                    tried.append(
-                        (rule.needs_timer, parts[rule.part], self._of(guard.reads()), self._of_actions(actions))
-                    )
-                yield (operation.name, state), tried
+    def _tried_parts(self, name: str, state: OperationState) -> list[tuple[bool, CompiledStep, int, int]]:
+        """Return the parts of an operation that are tried in a state: with a timer only, and what they read."""
+        operation, parts = self._program.model.operation(name), self._program.operations[name].parts
+        tried = []
+        for rule in (rule for rule in LIFECYCLE if rule.source is state and rule.part in parts):
+            guard, actions = guard_and_actions(operation, rule.part) or (Truth(True), operation.timedout)
+            tried.append((rule.needs_timer, parts[rule.part], self._of(guard.reads()), self._of_actions(actions)))
+        return tried
 
     def begin(self, settled: int | None) -> _Collected:
         """Begin to collect anew, and return what was collected so far.
@@ -454,7 +447,7 @@ class _ReadVariables:
             collected.read |= self._goal
         if current is None:
             return
-        for needs_timer, part, read, acts in self._parts[current.operation.name, current.state]:
+        for needs_timer, part, read, acts in self._parts(current.operation.name, current.state):
             if timer_passed if needs_timer else changed & (read | acts | self._current):
                 collected.read |= read | (acts if part.test(state) else 0)
 
