@@ -136,6 +136,7 @@ class SentenceDecisions:
         for more, requirements in self._by_variables.items():
             scope = replace(runs.scope, watched=_predicates(requirements))
             self._decide_in(self._explore(scope, None) if more else runs, requirements)
+        self._decide_by_sets(runs, [each for each in self._requirements if self._may_be_proved_by_sets(each)])
 
     def nearest_miss(self, requirement: Requirement) -> str:
         """Return how near runs come to violating a requirement that holds, as a clause; empty if it is not known."""
@@ -168,7 +169,6 @@ class SentenceDecisions:
                 self._answers[requirement.name] = SentenceAnswer(RequirementStatus.HOLDS_CANONICAL, where)
             if proves is not None and requirement.sentence.is_safety:
                 self.proved[RequirementKey(requirement.name)] = proves
-        self._decide_by_sets(runs, [each for each in requirements if self._may_be_proved_by_sets(each)])
 
     def _may_be_proved_by_sets(self, requirement: Requirement) -> bool:
         """Return whether too many runs are the only reason why a requirement is not known to hold for any plans."""
