@@ -44,6 +44,7 @@ OTHER_WITH_PARAMETERS = {
 
 OTHER_IF_INCLUDED = {
     **NO_MAPPING,
+    "bad-name_of_entries": "an entry with a wrong name gets no name in a part, and is not read any further",
     "missing-key_model": "what has no key that identifies a model is no part, either",
     "predicate-syntax_list": "an alias cannot name an anchor in another file",
     "unknown-key_model": "what has no key that identifies a model is no part, either",
