@@ -64,7 +64,8 @@ class Equivalences:
         """Return whether a mutant is equivalent to the original, with a proof or with a witness.
 
         The mutant is equivalent if in no situation of the original, with the goals, plans and changes from outside that
-        the original declares, it does anything else. Forced states are no such situations.
+        the original declares, it does anything else. Forced states are no such situations. One that reads an input that
+        nothing in the original reads or declares is never equivalent: no run of the original changes this input.
         """
         try:
             return self._compare(mutant, self._observed.program.of_mutant(comparable(self.model, mutant)))
@@ -76,7 +77,7 @@ class Equivalences:
 
     def _compare(self, mutant: BehaviorModel, program: Program) -> MutantDecision:
         world = WorldDifferences(self._observed, program)
-        if world.has_other_starts or world.has_other_changes:
+        if world.has_other_starts or world.new_inputs or world.has_other_changes:
             found = self._witnesses.from_random(mutant, redraws=True)
             return found or UndecidedMutant(_why_hidden(world))
         differences = chain(
@@ -104,6 +105,10 @@ class Equivalences:
 
 
 def _why_hidden(world: WorldDifferences) -> str:
+    if world.new_inputs:
+        name = world.new_inputs[0]
+        read = f"the mutant reads {name}, which nothing in the model reads, assigns or declares as an input"
+        return f"{read}: it may change from outside"
     if world.without_rate is not None:
         return f"the environment transition {world.without_rate} has no rate, so it fires in no simulation"
     return "something else changes from outside, or at first, and no simulated case that was tried shows it"

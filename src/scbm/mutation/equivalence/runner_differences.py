@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.model import OperationState, RateKind
+from scbm.model.sources import inputs
 from scbm.model.variables import CURRENT_STATE
 from scbm.running.lifecycle import timer_ns
 from scbm.running.micro_steps import next_automatic
@@ -143,6 +144,12 @@ class WorldDifferences:
     def _starts(model: BehaviorModel) -> list[tuple[object, ...]]:
         """Return the nominal values, which cases have that name none, and the random ones."""
         return [(variable.initial, variable.random) for variable in model.variables]
+
+    @property
+    def new_inputs(self) -> tuple[str, ...]:
+        """The inputs that only the mutant reads, and not declared in the original: its runs never change them."""
+        known = dict.fromkeys((*self._original.model.read, *inputs(self._original.model)))
+        return tuple(name for name in inputs(self._mutant.model) if name not in known)
 
     @property
     def has_other_changes(self) -> bool:

@@ -259,6 +259,22 @@ def test_where_plans_are_drawn_all_shortest_plans_count(plans: str, decision: ty
     assert isinstance(Equivalences(model).decide(mutant), decision)
 
 
+@pytest.mark.parametrize(
+    ("source", "decision"),
+    [("", UndecidedMutant), (", source: input", DifferentMutant), (", source: state", EquivalentMutant)],
+)
+def test_a_mutant_that_reads_what_may_change_from_outside_is_not_equivalent(
+    source: str, decision: type[MutantDecision], wording: Wording
+) -> None:
+    text = CELL.replace("resources:", f"  stop: {{domain: bool, initial: true{source}}}\nresources:")
+    found = Equivalences(read_model(text, "cell.yaml")).decide(
+        changed("box && scanned == false", "box && stop == true", text)
+    )
+    assert isinstance(found, decision), found
+    if isinstance(found, UndecidedMutant):
+        wording(found.reason)
+
+
 DOOR = """
 environment:
   open_door: {guard: door == closed, actions: [door <- open], after: 100 ms}
