@@ -304,6 +304,9 @@ _FEW_OF_ANY_PLANS = 10_000
 """So many situations of runs with any plans are explored before all of them are collected in a set."""
 
 
+_TIMES_OF_CANONICAL_PLANS = 3
+"""Runs with any plans mostly have at least so many times the situations of those with canonical plans."""
+
 _FEW_PLANNED = 50_000
 """So many states of the world are expanded to plan these few runs."""
 
@@ -355,7 +358,8 @@ def explored_for_proofs(  # noqa: PLR0913, PLR0917 - what is explored, how far, 
             few = None
             bounds = replace(limits, situations=most)
             if plans is PlanSet.ANY:
-                few = explored(_few(bounds), may_go_on=True) if least <= _few(bounds).situations else None
+                are_few = least * _TIMES_OF_CANONICAL_PLANS <= _few(bounds).situations
+                few = explored(_few(bounds), may_go_on=True) if are_few else None
                 runs = few if few is not None and few.stopped is None else None
                 missing, left = (missing, 0) if runs is not None else _without_proved(missing, few, by_sets)
                 if runs is None and (not left or (few is not None and _few(bounds) == bounds)):

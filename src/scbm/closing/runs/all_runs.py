@@ -12,7 +12,9 @@ from scbm.closing.counted_activity import CountedActivity
 from scbm.closing.distinguished_values import distinguished_groups
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.closing.runs.run_graph import MAX_STEPS_EACH, RunExploration, RunGraph, initial_states
-from scbm.model import GoalOrder, PlanSet
+from scbm.model import Constant, Equal, GoalOrder, PlanSet, Reference
+from scbm.model.predicates import all_needed
+from scbm.model.variables import CURRENT_NAME
 from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
 from scbm.running.untimed.noted_steps import NotedSteps
@@ -25,7 +27,7 @@ from scbm.running.untimed.situations import TooManyRepliesError, TooManyRestsErr
 from scbm.running.untimed.watched_steps import WatchedSteps
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.closing.runs.run_graph import Start
     from scbm.model import BehaviorModel, Predicate, Value
@@ -409,12 +411,29 @@ class ObservedStates:
     def _holds(self, predicate: Predicate) -> bool:
         if not self.are_known:
             return self._values.can_hold(predicate)
-        return any(map(self._runs.program.packing.test(predicate), self._runs.observed))
+        return any(map(self._runs.program.packing.test(predicate), self._candidates(predicate)))
 
     def where(self, predicate: Predicate) -> Iterator[Mapping[str, Value]]:
         """Yield the states in which a predicate holds, with all variables; irrelevant ones have any value."""
         packing = self._runs.program.packing
-        return map(packing.values, filter(packing.test(predicate), self._runs.observed))
+        return map(packing.values, filter(packing.test(predicate), self._candidates(predicate)))
+
+    def _candidates(self, predicate: Predicate) -> Iterable[int]:
+        """Return the states of the current operation that a predicate names as a conjunct; all if it names none."""
+        for part in all_needed(predicate):
+            match part:
+                case Equal(Reference(name), Constant(operation)) if name == CURRENT_NAME:
+                    return self._by_operation.get(operation, ())
+        return self._runs.observed
+
+    @cached_property
+    def _by_operation(self) -> dict[Value, list[int]]:
+        """The states of each current operation: most questions are about one."""
+        packing = self._runs.program.packing
+        found: dict[Value, list[int]] = {}
+        for state in self._runs.observed:
+            found.setdefault(packing.value(state, CURRENT_NAME), []).append(state)
+        return found
 
     @cached_property
     def _values(self) -> ValueSets:
