@@ -215,7 +215,10 @@ def published(name: str, planner: str) -> str:
 
 
 FIGURES = (
-    "agv-5x5",
+    "agv-pallets-4",
+    "agv-pallets-5",
+    "elevators-3x2",
+    "elevators-4x4",
     "gripper-14",
     "factory-157",
     "factory-246",

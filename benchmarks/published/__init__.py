@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from published.competition import BLOCKS, LOGISTICS, blocks, gripper, logistics
 from published.model_parts import GOAL
-from published.plants import agv_grid, factory, flags, independent, line, machining_cell
+from published.plants import agv_grid, agv_with_pallets, elevators, factory, flags, independent, line, machining_cell
 from published.rovers import ROVERS, rovers
 
 if TYPE_CHECKING:
@@ -22,7 +22,9 @@ __all__ = [
     "GOAL",
     "PROBLEMS",
     "agv_grid",
+    "agv_with_pallets",
     "blocks",
+    "elevators",
     "factory",
     "flags",
     "gripper",
@@ -45,6 +47,10 @@ PROBLEMS: dict[str, Callable[[], BehaviorModel]] = {
     "line_s7p4t2": partial(line, 7, 4, 2),
     "independent-10x10": partial(independent, 10, 10),
     "agv-5x5": partial(agv_grid, 5, 5),
+    "agv-pallets-4": partial(agv_with_pallets, 4),
+    "agv-pallets-5": partial(agv_with_pallets, 5),
+    "elevators-3x2": partial(elevators, 3, 2),
+    "elevators-4x4": partial(elevators, 4, 4),
     "machining_cell": machining_cell,
 }
 """A function for each problem, by its name. Every model has one goal, `GOAL`."""

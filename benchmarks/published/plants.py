@@ -1,4 +1,4 @@
-"""Plants and cells: a car factory, a production line, transport on a grid, independent resources, a machining cell."""
+"""Plants and cells: a car factory, a production line, transport on a grid, elevators, resources, a machining cell."""
 
 from __future__ import annotations
 
@@ -150,6 +150,30 @@ def _above(name: str) -> Order:
     return Order(Reference(name), Relation.GREATER, Constant(0))
 
 
+def agv_with_pallets(size: int) -> BehaviorModel:
+    """Return an AGV on a square that takes as many pallets from one side to the other: 6 size - 4 operations.
+
+    Each move from one column or row to the next is an operation, as is each pallet that is loaded or unloaded.
+    """
+    pallets = [f"pallet{row}" for row in range(1, size + 1)]
+    places = ("store", "agv", "dock")
+    variables = [number("x", size - 1), number("y", size - 1), flag("is_free", initial=True)]
+    variables += [symbol(f"{pallet}_at", places, "store") for pallet in pallets]
+    operations = [
+        _requesting(f"{axis}_{here}_to_{there}", "agv", {axis: here}, {axis: there})
+        for near, far in pairwise(range(size))
+        for axis in "xy"
+        for here, there in ((near, far), (far, near))
+    ]
+    for row, pallet in enumerate(pallets):
+        stored: dict[str, Value] = {"x": size - 1, "y": row, "is_free": True, f"{pallet}_at": "store"}
+        docked: dict[str, Value] = {"x": 0, "y": size - 1 - row, f"{pallet}_at": "agv"}
+        operations.append(_requesting(f"load_{pallet}", "agv", stored, {"is_free": False, f"{pallet}_at": "agv"}))
+        operations.append(_requesting(f"unload_{pallet}", "agv", docked, {"is_free": True, f"{pallet}_at": "dock"}))
+    goal: dict[str, Value] = {f"{pallet}_at": "dock" for pallet in pallets}
+    return _cell(f"agv_pallets_{size}", tuple(variables), tuple(operations), ["agv"], goal)
+
+
 # resources
 
 
@@ -206,6 +230,31 @@ def _failing(resource: str) -> Transition:
     failed = all_equal({state: "failed", "current.state": "executing"})
     reset = assigned({"current.state": "failed", state: "initial", f"{resource}_req_trigger": False})
     return Transition(f"{resource}_failed", failed, a=reset)
+
+
+# elevators
+
+
+def elevators(floors: int, passengers: int) -> BehaviorModel:
+    """Return two elevators that take passengers half of the floors up or down, whichever of them comes first."""
+    cabins, stops = ("cabin1", "cabin2"), [f"floor{floor}" for floor in range(1, floors + 1)]
+    trips = {f"passenger{n + 1}": (stops[n % floors], stops[(n + floors // 2) % floors]) for n in range(passengers)}
+    variables = [symbol(f"{cabin}_at", stops, stops[0]) for cabin in cabins]
+    variables += [symbol(f"{who}_at", (*stops, *cabins), begin) for who, (begin, _) in trips.items()]
+    operations = []
+    for cabin in cabins:
+        at = f"{cabin}_at"
+        for below, above in pairwise(stops):
+            operations.append(_requesting(f"{cabin}_up_to_{above}", cabin, {at: below}, {at: above}))
+            operations.append(_requesting(f"{cabin}_down_to_{below}", cabin, {at: above}, {at: below}))
+        for who, (begin, end) in trips.items():
+            enters: dict[str, Value] = {at: begin, f"{who}_at": begin}
+            operations.append(_requesting(f"{who}_enters_{cabin}", cabin, enters, {f"{who}_at": cabin}))
+            operations.append(
+                _requesting(f"{who}_leaves_{cabin}", cabin, {at: end, f"{who}_at": cabin}, {f"{who}_at": end})
+            )
+    goal: dict[str, Value] = {f"{who}_at": end for who, (_, end) in trips.items()}
+    return _cell(f"elevators_{floors}x{passengers}", tuple(variables), tuple(operations), [*cabins], goal)
 
 
 # a machining cell
