@@ -46,7 +46,7 @@ MAX_SECONDS = 600
 ENVIRONMENT = {"COLUMNS": "80", "LC_ALL": "C", "NO_COLOR": "1", "PYTHONUTF8": "1", "TERM": "dumb"}
 CHANGE_OUTPUT = ("FORCE_COLOR", "PY_COLORS", "CI", "BUILD_NUMBER", "PYTEST_ADDOPTS")
 
-FENCE = re.compile(r"```(\S*)")
+FENCE = re.compile(r"```(\S*)(?: .*)?")
 FILE = re.compile(r"# file: (\S+)")
 MODEL = re.compile(r"# model: (\S+)")
 DURATION = re.compile(r"(?<= in )\d+\.\d\ds\b.*")
