@@ -22,7 +22,7 @@ from scbm.closing.runs.all_runs import AllRuns, RunScope
 from scbm.closing.scripts.case_search import CaseSearch, Merit, bounded
 from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_by_force, with_inputs_in_motion
 from scbm.closing.scripts.forced_cases import ForcedCases
-from scbm.closing.scripts.outside_walks import natural_walks
+from scbm.closing.scripts.outside_walks import NaturalWalks
 from scbm.model import GoalOrder, InputError, RunPlans, State
 from scbm.model.sources import free_groups, outside_groups
 
@@ -35,6 +35,12 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.testing import Execution, Tester
 
+
+_FEW_SEQUENCES = 10_000
+"""So many situations of sequences of goals are explored before a set says what no run visits."""
+
+_SHARE_OF_SEQUENCES = 3
+"""The divisor of the limit of situations for sequences of goals: the rest of them visit next to nothing new."""
 
 _MAX_FOR_CASES = 10_000
 """Maximum number of situations in which inputs change that are explored to find cases, where they prove nothing."""
@@ -56,6 +62,7 @@ class ClosingTask(Struct):
         cases_of: yields the runs of new cases of another model for some obligations.
         ended: the stages that a limit ended; a search adds to them.
         open_runs: other explored runs, in which the world changes or goals follow each other; a search adds to them.
+        never: returns which of some obligations a set proves that no run visits, as bits.
         found: the runs of the cases found; a search adds to them at once, so that an interruption leaves them.
     """
 
@@ -71,6 +78,7 @@ class ClosingTask(Struct):
     cases_of: Callable[[BehaviorModel, Sequence[Obligation]], Iterator[Execution]]
     ended: list[StageEnd]
     open_runs: list[AllRuns]
+    never: Callable[[int], int]
     found: list[Execution] = field(default_factory=list)
 
     @property
@@ -168,13 +176,25 @@ def _walk_in_open_world(task: ClosingTask) -> None:
 
 
 def _walk_in_sequences(task: ClosingTask) -> None:
-    """Follow paths on which goals follow each other."""
+    """Follow paths on which goals follow each other: first short ones, and longer ones for what no set rules out."""
     wanted = task.left & ~task.samples.unreachable
     if not wanted or task.runs.model.runs.goals is GoalOrder.SINGLE or task.runs.stopped is not None:
         return
     scope = replace(scope_of_proofs(task.runs.model), takes_classes=takes_classes(task.runs.model))
-    planner = task.runs.planner
-    _walk_naturally(AllRuns(task.runs.model, task.limits, task.progress, scope, until=wanted, planner=planner), task)
+    limits = replace(task.limits, situations=-(-task.limits.situations // _SHARE_OF_SEQUENCES))
+    few = replace(limits, situations=min(_FEW_SEQUENCES, limits.situations))
+    may_go_on, planner = few != limits, task.runs.planner
+    runs = AllRuns(task.runs.model, few, task.progress, scope, until=wanted, may_go_on=may_go_on, planner=planner)
+    _walk_naturally(runs, task)
+    if runs.stopped is not None:
+        task.found += helpful(task.samples.found, task.left)
+    if not (may_go_on and runs.may_grow and task.left & ~task.samples.unreachable):
+        return
+    task.samples.rule_out(task.never(task.left))
+    wanted = task.left & ~task.samples.unreachable
+    if wanted:
+        task.open_runs.remove(runs)
+        _walk_naturally(runs.within(limits, until=wanted), task)
 
 
 def _walk_naturally(runs: AllRuns, task: ClosingTask) -> None:
@@ -183,7 +203,7 @@ def _walk_naturally(runs: AllRuns, task: ClosingTask) -> None:
         raise KeyboardInterrupt
     task.open_runs.append(runs)
     missing, limits = task.left, replace(task.limits, beyond=0)
-    search = CaseSearch(runs, task.tester, missing, task.samples.unreachable, limits, task.found, walks=natural_walks)
+    search = CaseSearch(runs, task.tester, missing, task.samples.unreachable, limits, task.found, walks=NaturalWalks())
     search.run(short=True)
     _shorten(search, missing, task)
 

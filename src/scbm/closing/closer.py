@@ -197,8 +197,7 @@ class Closer:
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
         if runs.stopped is not None and not self.is_interrupted:
             with self._stage(Stage.GRAPH):
-                sets = self._sets_for(proofs, search.missing)
-                search.rule_out(0 if sets is None else sets.never)
+                search.rule_out(self._never(proofs, search.missing))
                 self._left = search.missing.bit_count()
         return self._cases(suite, search, runs, asked, proofs, short=short)
 
@@ -285,6 +284,11 @@ class Closer:
                 self._without_set.append(StageEnd(Stage.SETS, str(error)))
         return proofs.sets
 
+    def _never(self, proofs: Proofs, missing: int) -> int:
+        """Return what is missing and a set proves that no run visits, as bits."""
+        sets = self._sets_for(proofs, missing)
+        return 0 if sets is None else sets.never
+
     def _never_with_canonical_plans(self, proofs: Proofs, missing: int) -> int:
         """Return the obligations that a set excludes under canonical plans, as bits."""
         if not missing or proofs.sets is None or self.model.runs.proved_plans is not PlanSet.CANONICAL:
@@ -341,6 +345,7 @@ class Closer:
             cases_of=self._cases_of,
             ended=self._ended,
             open_runs=self._open_runs,
+            never=partial(self._never, proofs),
         )
         found = task.found
         with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.WHOLE, planning):

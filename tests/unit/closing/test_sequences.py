@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from functools import cache
 
+import pytest
+
 from scbm.cases import Case
 from scbm.cases.trace import ends_of
-from scbm.closing import Closer, Closing, Decision
+from scbm.closing import CloseLimits, Closer, Closing, Decision, case_searches
+from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.walks import PathRun, RunPath
 from scbm.closing.scripts.case_scripts import CaseScripts
+from scbm.closing.symbolic import decision_diagrams
 from scbm.files import read_case, read_model, write_case
 from scbm.model import BehaviorModel
 from scbm.planning import PlanCache, Planner
@@ -113,6 +117,39 @@ def test_a_time_limit_can_end_a_run_before_the_last_one() -> None:
     assert case.limits.time_ns is not None
     ends = [ended.end for ended in ends_of(Tester(closing.model).execute(case).trace.records)]
     assert (ends[0], ends[-1]) == ("time_limit", "reached")
+
+
+@pytest.mark.parametrize("engines", [{}, decision_diagrams.ENGINES], ids=["without sets", "with sets"])
+@pytest.mark.parametrize("ready", [AFTER_A_GOAL, AFTER_AN_END, AFTER_A_CHANGE])
+def test_sequences_that_are_explored_in_two_steps_decide_the_same(
+    ready: str, engines: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = close(ready)
+    monkeypatch.setattr(decision_diagrams, "ENGINES", engines)
+    monkeypatch.setattr(case_searches, "_FEW_SEQUENCES", 10)
+    closing = Closer(expected.model).close()
+    assert [(each.obligation, each.decision) for each in closing.decided] == [
+        (each.obligation, each.decision) for each in expected.decided
+    ]
+    case_for(closing, "automatic/becomes_ready")
+
+
+LINE = """
+behavior_model: line
+variables: {at: {domain: 0..5, initial: 0}}
+resources: {robot: {}}
+operations:
+  move: {request: robot, guard: at < 5, effects: [at += 1], deadline: 5 s}
+  return: {request: robot, guard: at == 5, effects: [at <- 0], deadline: 5 s}
+goals: {end: at == 5, beginning: at == 0}
+"""
+
+
+def test_where_sequences_are_too_many_random_ones_count() -> None:
+    model = read_model(LINE)
+    closed = AllRuns(model, CloseLimits(), lambda _: None).situations
+    closing = Closer(model, CloseLimits(situations=closed)).close()
+    case_for(closing, "return/completed")
 
 
 def test_single_goals_get_no_cases_with_several() -> None:

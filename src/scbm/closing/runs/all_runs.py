@@ -247,14 +247,18 @@ class AllRuns:
     def _is_planning_too_large(self) -> bool:
         return any(graph.planning_too_large for graph in self.graphs)
 
-    def within(self, limits: CloseLimits, *, only_proves: bool = False) -> AllRuns:
+    def within(self, limits: CloseLimits, *, only_proves: bool = False, until: int | None = None) -> AllRuns:
         """Return the runs explored within higher limits; go on with what is explored where that comes to the same.
 
         Args:
             limits: the limits.
             only_proves: whether the runs are of no use unless all are explored.
+            until: bits of visits at which the exploration ends, some of those that were given; by default all of them.
         """
+        self._until = self._until if until is None else until
         if self._explorations and not self._is_planning_too_large:
+            for exploration, _ in self._explorations:
+                exploration.end_at(self._until)
             self._may_go_on, self._only_proves = False, only_proves
             self.graphs, self.evaluated, self.asked, self.stopped, self.option = (), (), (), None, None
             self._explore(limits, self._progress)

@@ -272,6 +272,11 @@ class RunExploration:
             self._found_by,
         )
 
+    def end_at(self, until: int) -> None:
+        """End with the visits of `until`, some of those that it was to end with."""
+        self._until = until
+        self._left &= until
+
     def _has_visited_enough(self) -> bool:
         return self._until != 0 and not self._left
 

@@ -38,46 +38,60 @@ _KINDS = (
 )
 """All kinds, the most natural one first."""
 
-_FOUND = -1
-"""A virtual node behind each edge that visits what is wanted."""
+
+class NaturalWalks:
+    """The shortest walks of graphs to single obligations, those with changes in mid motion first.
+
+    All walks of one kind through a graph come from one search, which goes on as further ones are asked for.
+    """
+
+    def __init__(self) -> None:
+        self._firsts: dict[tuple[int, WalkKind], _FirstVisits] = {}
+
+    def __call__(self, graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
+        """Yield for each graph the shortest walks of each kind that visit something wanted."""
+        for kind in _KINDS:
+            walks = (self._to(graph, kind).walk(wanted) for graph in graphs if graph.visits & wanted)
+            yield from sorted(filter(None, walks), key=lambda walk: walk.path.length)
+        yield from direct_walks(graphs, wanted)
+
+    def _to(self, graph: RunGraph, kind: WalkKind) -> _FirstVisits:
+        key = (id(graph), kind)
+        if key not in self._firsts:
+            self._firsts[key] = _FirstVisits(ShownWalks(graph, kind))
+        return self._firsts[key]
 
 
-def natural_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
-    """Yield for each graph the shortest walks that visit something wanted: those with changes in mid motion first."""
-    for kind in _KINDS:
-        walks = (_shortest(graph, wanted, kind) for graph in graphs)
-        yield from sorted(filter(None, walks), key=lambda walk: walk.path.length)
-    yield from direct_walks(graphs, wanted)
+class _FirstVisits:
+    """The edges that visit something first in one search."""
 
+    def __init__(self, walks: ShownWalks) -> None:
+        self._walks = walks
+        self._following = iter(walks)
+        self._visits = 0
+        self._first: list[tuple[int, Edge]] = []
 
-def _shortest(graph: RunGraph, wanted: int, kind: WalkKind) -> Walk | None:
-    """Return the shortest walk from any initial state; `None` if no walk of this kind visits anything wanted."""
-
-    def successors(node: int) -> Iterator[tuple[Edge, int]]:
-        for edge, goes_on in shown_edges(graph, node, kind):
-            if edge.visits & wanted:
-                yield edge, _FOUND
-            elif goes_on and graph.reach[edge.target] & wanted:
-                yield edge, edge.target
-
-    search = BreadthFirst((0,), successors)
-    if search.expand_all(lambda node: node == _FOUND) is None:
-        return None
-    return Walk(path_along(graph, search.actions_to(_FOUND)), wanted)
+    def walk(self, wanted: int) -> Walk | None:
+        """Return the shortest walk from any initial state; `None` if no walk of this kind visits anything wanted."""
+        while not self._visits & wanted:
+            following = next(self._following, None)
+            if following is None:
+                return None
+            visits = following[1].visits
+            if visits & ~self._visits:
+                self._visits |= visits
+                self._first.append(following)
+        node, edge = next((node, edge) for node, edge in self._first if edge.visits & wanted)
+        return Walk(self._walks.path(node, edge), wanted)
 
 
 class ShownWalks:
     """The shortest walks of one graph that a test can show, one to each edge that is on any of them."""
 
-    def __init__(self, graph: RunGraph, *, cuts_short: bool) -> None:
-        """Take no walk yet.
-
-        Args:
-            graph: the graph.
-            cuts_short: whether the time limit may end a run that is not the last one.
-        """
+    def __init__(self, graph: RunGraph, kind: WalkKind) -> None:
+        """Take no walk of a kind yet."""
         self.graph = graph
-        self._kind = WalkKind(cuts_short=cuts_short)
+        self._kind = kind
         self._edges: list[tuple[int, Edge]] = []
         self._search = BreadthFirst((0,), self._successors)
 

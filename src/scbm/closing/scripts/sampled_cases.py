@@ -24,6 +24,7 @@ from scbm.planning import DEFAULT_PLANNER, PlanLimits
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
+from scbm.testing.random_cases import most_goals
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -142,9 +143,14 @@ class SampledCases:
             else:
                 self._draw(most, executor)
 
+    @staticmethod
+    def _work(model: BehaviorModel, most: int) -> CampaignWork:
+        """Return the random cases 1 to `most`, each with one goal or some that follow each other."""
+        return CampaignWork(model, numbers=range(1, most + 1), network=Network(), goals=most_goals(model))
+
     def _drawn(self, most: int) -> Iterator[Case]:
         """Yield the first random cases; fewer if no more can be drawn, which is the limit then."""
-        work = CampaignWork(self._model, numbers=range(1, most + 1), network=Network())
+        work = self._work(self._model, most)
         try:
             for position in range(1, most + 1):
                 yield work.case(position)
@@ -166,7 +172,7 @@ class SampledCases:
 
     def _draw(self, most: int, executor: Executor | None) -> None:
         """Run random cases by an executor, with a limit on plans that take long; those that are kept run again."""
-        work = CampaignWork(self._briefly_planned, numbers=range(1, most + 1), network=Network())
+        work = self._work(self._briefly_planned, most)
         total = BatchSummary()
         try:
             for step in run_steps(work, executor, StopRule(dry=_DRY)):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 from msgspec.structs import replace
 
 from scbm.closing.runs.run_graph import Start, steps_from
-from scbm.closing.scripts.outside_walks import ShownWalks
+from scbm.closing.scripts.outside_walks import ShownWalks, WalkKind
 from scbm.mutation.equivalence.observed_runs import StateOfGoal
 from scbm.running.untimed.situations import DEADLINE, TIME_LIMIT, Happening
 
@@ -102,7 +102,7 @@ class _GraphSearch:
         cuts_short: bool,
     ) -> None:
         """Note the first walk of this kind to each state, and to each deadline that passes."""
-        walks = ShownWalks(self._graph, cuts_short=cuts_short)
+        walks = ShownWalks(self._graph, WalkKind(cuts_short=cuts_short))
         known: dict[StateOfGoal, None] = {}
         for node, edge in walks:
             label = self._graph.label(edge.number)
