@@ -117,9 +117,12 @@ def _carry_out(
         add_goals(asked.file, [(name, goal, None) for name, goal in goals.new.items()])
         result = asked.close()
     closing = result.closing
-    output = None
+    output = refused = None
     if out is not None:
-        output = write_output(closing, out, asked.file, [case.path for case in result.suite.written])
+        try:
+            output = write_output(closing, out, asked.file, [case.path for case in result.suite.written])
+        except InputError as error:  # the report comes first: what took minutes is not lost
+            refused = error
     if store is not None and closing.requirements is not None and not closing.is_interrupted:
         from scbm.store import keep_decisions  # noqa: PLC0415 - a database, which few closings need
 
@@ -132,6 +135,8 @@ def _carry_out(
         write_json(closing_json(result))
     else:
         results().lines(closing_report(result, report_columns()))
+    if refused is not None:
+        raise refused
     if closing.is_interrupted:
         return INTERRUPTED
     is_open = any(decided.decision is Decision.UNDECIDED for decided in closing.decided)
