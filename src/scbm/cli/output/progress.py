@@ -111,7 +111,7 @@ class RemainingTime:
         self._begun_at = 0
 
     def of(self, text: str) -> str:
-        """Return `at most 30 s more`; empty for an activity without a limit, and at its beginning."""
+        """Return `at most 30 s more for this`; empty for an activity without a limit, and at its beginning."""
         if not isinstance(text, CountedActivity):
             return ""
         now_s = self._now_s()
@@ -120,7 +120,7 @@ class RemainingTime:
         done, elapsed_s = text.done - self._begun_at, now_s - self._begun_s
         if not done or not elapsed_s:
             return ""
-        return f"at most {time_in_words(elapsed_s * (text.most - text.done) / done)} more"
+        return f"at most {time_in_words(elapsed_s * (text.most - text.done) / done)} more for this"
 
 
 class CampaignLines:

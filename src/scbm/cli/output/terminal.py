@@ -184,12 +184,12 @@ def _coloured(diagnostic: Diagnostic) -> Text:
     return text
 
 
-_PROGRESS_COLUMNS = 80
+_PROGRESS_COLUMNS = 120
 """The width of lines about progress where no terminal says how wide it is."""
 
 
 def print_progress(text: str, elapsed: str = "") -> None:
-    """Print a line of at most 80 columns about an activity, and its time so far."""
+    """Print a line of at most 120 columns about an activity, and its time so far."""
     begin, end = "scbm: ", f" ({elapsed})" if elapsed else ""
     words = Text(in_one_line(text))
     words.truncate(_PROGRESS_COLUMNS - len(begin) - len(end), overflow="ellipsis")
