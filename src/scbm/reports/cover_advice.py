@@ -16,11 +16,11 @@ from msgspec import Struct
 
 from scbm.cases.coverage import Aspect, InstanceFolds, Obligation
 from scbm.cases.trace import BecameCurrent, PlanAsked, PlanReceived, RunnerStarted, RunStarted
-from scbm.model import And, Equal, Outcome, Reference, RequestState, RunPlans, conjunction
+from scbm.model import And, Equal, OperationState, Outcome, Reference, RequestState, Role, RunPlans, conjunction
 from scbm.model.predicates import TRUE, Constant, conjuncts
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import free_groups, is_triggered, moved
-from scbm.model.variables import CURRENT_NAME
+from scbm.model.variables import CURRENT_NAME, operation_state_name
 from scbm.model.visible_text import counted
 from scbm.planning import DEFAULT_PLANNER, PLANNERS, Solved
 from scbm.testing.request_protocol import clears, sets
@@ -434,7 +434,13 @@ class CoverAdvisor:
             waited = [name for name in transition.running_guard.reads() if name in self._resources]
             others = (self._resources[name] for name in waited if not used)
             is_own = not waited or any(name in used for name in waited) or any(map(self._may_outlive, others))
-            current = And((transition.running_guard, Equal(Reference(CURRENT_NAME), Constant(operation.name))))
+            guard, own = transition.running_guard, operation_state_name(operation.name)
+            others_rest = (
+                Equal(Reference(name), Constant(OperationState.INITIAL.value))
+                for name in guard.reads()
+                if name != own and self._model.running_space[name].role is Role.OPERATION_STATE
+            )
+            current = And((guard, Equal(Reference(CURRENT_NAME), Constant(operation.name)), *others_rest))
             if is_own and is_satisfiable(current, self._model.running_space) is not False:
                 yield transition.running_guard
 

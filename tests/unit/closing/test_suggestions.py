@@ -237,6 +237,26 @@ goals:
 """
 
 
+def test_what_fails_the_requests_of_others_is_not_blamed(wording: Wording) -> None:
+    model = read_model("""
+behavior_model: cell
+variables:
+  at: {domain: [home, box], initial: home}
+  seen: {domain: bool, initial: false, source: state}
+  door: {domain: [open, closed], initial: closed, source: input}
+resources: {robot: {}}
+operations:
+  move: {request: robot, guard: at == home, effects: [at <- box], deadline: 5 s}
+  look: {pre: {g: at == box && seen == false}, post: {g: true, gr: door == open, a: [seen <- true]}, deadline: 5 s}
+automatic_transitions:
+  door_stop: {g: door == open && move.state == executing, a: [current.state <- failed, robot_req_trigger <- false]}
+goals: {seen: seen == true}
+""")
+    (found,) = Closer(model).close().suggestions
+    assert (found.kind, [str(each) for each in found.obligations]) == (SuggestionKind.FAILURE, ["look/failed"])
+    wording(found.text)
+
+
 def test_a_transition_that_another_one_always_comes_before_is_shadowed(wording: Wording) -> None:
     model = read_model(LAMPS)
     found = _suggest(model, "automatic/also_lights")

@@ -138,6 +138,11 @@ def test_a_late_failure_of_a_request_may_fail_an_operation_that_sends_none() -> 
     assert advice("inspect/failed", noticed, unended).means is CoverMeans.CHANCE
 
 
+def test_what_fails_another_operation_while_it_executes_is_no_way_to_fail() -> None:
+    stop = "  stop: {g: door == open && go.state == executing, a: [current.state <- failed]}"
+    assert advice("inspect/failed", ("  greet:", f"{stop}\n  greet:")).means is CoverMeans.NO_WAY
+
+
 def test_moved_inputs_are_left_to_chance() -> None:
     never = ("initial: closed, source: input", "initial: closed, source: input}\n  e: {domain: bool, initial: false")
     assert advice("automatic/greet", never, count=0, moves_inputs=True).means is CoverMeans.CHANCE

@@ -16,7 +16,7 @@ from scbm.cases.coverage import Aspect, Obligation, Obligations
 from scbm.closing.advice.goal_search import GoalSearch, goal_name
 from scbm.closing.decisions import Suggestion, SuggestionKind
 from scbm.closing.proofs.blame import blame, contradicting, contradiction, shadowing
-from scbm.closing.proofs.proofs import failing_transitions, structural_facts
+from scbm.closing.proofs.proofs import structural_facts, ways_to_fail
 from scbm.closing.summaries import listed, plan_in_words
 from scbm.model import (
     And,
@@ -166,7 +166,7 @@ class _Suggestions:
     def _lacks(self, operation: Operation) -> Iterator[Suggestion]:
         """Suggest a deadline, or a way to fail."""
         name = operation.name
-        if self._misses(operation, Aspect.FAILED) and not failing_transitions(operation, self._model):
+        if self._misses(operation, Aspect.FAILED) and not [*self._ways_to_fail(operation)]:
             text = f"add a `failed` transition to {name}{self._like(operation)}"
             yield Suggestion((Obligation(name, Aspect.FAILED),), SuggestionKind.FAILURE, text)
         if self._misses(operation, Aspect.TIMEDOUT) and operation.deadline_ns is None:
@@ -254,10 +254,8 @@ class _Suggestions:
     def _ways_to_fail(self, operation: Operation) -> Iterator[tuple[str, Transition]]:
         if operation.failed is not None:
             yield f"`failed` of {operation.name}", operation.failed
-        names = failing_transitions(operation, self._model)
-        for transition in self._model.automatic_transitions:
-            if transition.name in names:
-                yield f"the guard of {_automatic(transition.name)}", transition
+        for transition in ways_to_fail(operation, self._model):
+            yield f"the guard of {_automatic(transition.name)}", transition
 
     # automatic transitions
 

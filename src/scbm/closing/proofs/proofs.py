@@ -31,6 +31,7 @@ from scbm.model import (
     Role,
     StateSpace,
 )
+from scbm.model.predicates import all_needed
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.sources import outside_groups
 from scbm.model.variables import CURRENT_STATE, operation_state_name
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
 
     from scbm.closing.runs.all_runs import CloseLimits
     from scbm.closing.symbolic.set_proofs import SetProofs
-    from scbm.model import BehaviorModel, Operation, PlannerIdentity, Predicate
+    from scbm.model import BehaviorModel, Operation, PlannerIdentity, Predicate, Transition
     from scbm.planning import Planner
     from scbm.proofcheck import Argument
 
@@ -78,6 +79,26 @@ def failing_transitions(operation: Operation, model: BehaviorModel) -> tuple[str
         if any(action.target in states for action in transition.running_actions)
     ]
     return (*own, *automatic)
+
+
+def ways_to_fail(operation: Operation, model: BehaviorModel) -> tuple[Transition, ...]:
+    """Return the automatic transitions that are meant to fail an operation.
+
+    Not those whose guard needs that another operation executes, or something of a request that the operation does not
+    send: such a guard may hold meanwhile, but a model is not changed for it.
+    """
+    names, own = failing_transitions(operation, model), operation_state_name(operation.name)
+    sent = [action.target for transition in (operation.pre, operation.post) for action in transition.running_actions]
+    foreign = [each for each in (operation_state_name(other.name) for other in model.operations) if each != own]
+    for resource in model.resources:
+        foreign += [] if resource.trigger in sent else [resource.trigger, resource.request_state]
+    known = dict.fromkeys(foreign)
+    return tuple(
+        transition
+        for transition in model.automatic_transitions
+        if transition.name in names
+        and not any(name in known for part in all_needed(transition.running_guard) for name in part.reads())
+    )
 
 
 def _facts(operation: Operation, model: BehaviorModel) -> Iterator[tuple[Obligation, Fact, str]]:
@@ -251,8 +272,7 @@ def _why_not_failed(operation: Operation, runs: AllRuns, executes: Predicate) ->
     """Return the rest of the sentence for the way to fail that runs come nearest to."""
     model = runs.model
     own = [] if operation.failed is None else [("its `failed`", operation.failed)]
-    names = failing_transitions(operation, model)
-    automatic = [(str(Obligation(t.name, Aspect.TAKEN)), t) for t in model.automatic_transitions if t.name in names]
+    automatic = [(str(Obligation(t.name, Aspect.TAKEN)), t) for t in ways_to_fail(operation, model)]
     found = [(what, nearest_miss((t.g, t.gr), runs, executes)) for what, t in (*own, *automatic)]
     misses = [(what, miss) for what, miss in found if miss is not None]
     if not misses:
