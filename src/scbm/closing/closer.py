@@ -284,10 +284,11 @@ class Closer:
                 self._without_set.append(StageEnd(Stage.SETS, str(error)))
         return proofs.sets
 
-    def _never(self, proofs: Proofs, missing: int) -> int:
-        """Return what is missing and a set proves that no run visits, as bits."""
+    def _never(self, proofs: Proofs, missing: int, plans: PlanSet = PlanSet.ANY) -> int:
+        """Return what is missing and a set proves that no run with these plans visits, as bits."""
         sets = self._sets_for(proofs, missing)
-        return 0 if sets is None else sets.never
+        never = 0 if sets is None else sets.never
+        return never if plans is PlanSet.ANY else never | self._never_with_canonical_plans(proofs, missing & ~never)
 
     def _never_with_canonical_plans(self, proofs: Proofs, missing: int) -> int:
         """Return the obligations that a set excludes under canonical plans, as bits."""

@@ -121,10 +121,12 @@ def test_a_time_limit_can_end_a_run_before_the_last_one() -> None:
 
 @pytest.mark.parametrize("engines", [{}, decision_diagrams.ENGINES], ids=["without sets", "with sets"])
 @pytest.mark.parametrize("ready", [AFTER_A_GOAL, AFTER_AN_END, AFTER_A_CHANGE])
-def test_sequences_that_are_explored_in_two_steps_decide_the_same(
-    ready: str, engines: dict[str, str], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("share", [3, 30_000], ids=["any plans", "canonical plans"])
+def test_sequences_that_are_explored_in_steps_decide_the_same(
+    share: int, ready: str, engines: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = close(ready)
+    monkeypatch.setattr(case_searches, "_SHARE_OF_SEQUENCES", share)
     monkeypatch.setattr(decision_diagrams, "ENGINES", engines)
     monkeypatch.setattr(case_searches, "_FEW_SEQUENCES", 10)
     closing = Closer(expected.model).close()

@@ -183,6 +183,11 @@ class AllRuns:
         return any(not graph.complete and not graph.planning_too_large for graph in self.graphs)
 
     @property
+    def beyond(self) -> int:
+        """The number of situations that were found beyond the limit, where the exploration may go on."""
+        return sum(exploration.beyond for exploration, _ in self._explorations)
+
+    @property
     def situations(self) -> int:
         """The number of explored situations."""
         return sum(len(graph.positions) for graph in self.graphs)
@@ -247,19 +252,22 @@ class AllRuns:
     def _is_planning_too_large(self) -> bool:
         return any(graph.planning_too_large for graph in self.graphs)
 
-    def within(self, limits: CloseLimits, *, only_proves: bool = False, until: int | None = None) -> AllRuns:
+    def within(
+        self, limits: CloseLimits, *, only_proves: bool = False, until: int | None = None, may_go_on: bool = False
+    ) -> AllRuns:
         """Return the runs explored within higher limits; go on with what is explored where that comes to the same.
 
         Args:
             limits: the limits.
             only_proves: whether the runs are of no use unless all are explored.
             until: bits of visits at which the exploration ends, some of those that were given; by default all of them.
+            may_go_on: whether `within` may go on once more.
         """
         self._until = self._until if until is None else until
         if self._explorations and not self._is_planning_too_large:
             for exploration, _ in self._explorations:
                 exploration.end_at(self._until)
-            self._may_go_on, self._only_proves = False, only_proves
+            self._may_go_on, self._only_proves = may_go_on, only_proves
             self.graphs, self.evaluated, self.asked, self.stopped, self.option = (), (), (), None, None
             self._explore(limits, self._progress)
             if self._limits.planning == limits.planning or not self._is_planning_too_large:
@@ -270,6 +278,7 @@ class AllRuns:
             self._progress,
             self.scope,
             until=self._until,
+            may_go_on=may_go_on,
             only_proves=only_proves,
             planner=self.planner,
             program=self.program,

@@ -272,6 +272,11 @@ class RunExploration:
             self._found_by,
         )
 
+    @property
+    def beyond(self) -> int:
+        """The number of positions that were found beyond the limit."""
+        return len({position for _, position in self._beyond})
+
     def end_at(self, until: int) -> None:
         """End with the visits of `until`, some of those that it was to end with."""
         self._until = until
