@@ -291,8 +291,9 @@ class Closer:
         return never if plans is PlanSet.ANY else never | self._never_with_canonical_plans(proofs, missing & ~never)
 
     def _never_with_canonical_plans(self, proofs: Proofs, missing: int) -> int:
-        """Return the obligations that a set excludes under canonical plans, as bits."""
-        if not missing or proofs.sets is None or self.model.runs.proved_plans is not PlanSet.CANONICAL:
+        """Return the obligations that a set excludes under canonical plans, as bits; none under another planner."""
+        is_canonical = self._goal_planner.name == DEFAULT_PLANNER
+        if not missing or proofs.sets is None or not is_canonical or self.model.runs.proved_plans is PlanSet.ANY:
             return 0
         try:
             proofs.canonical_sets = proofs.sets.canonical(missing)
@@ -324,7 +325,7 @@ class Closer:
         is_sampled = runs.stopped is not None and not runs.is_interrupted and bool(missing & ~never)
         if is_sampled:
             self._sample(search, runs)
-            if runs.other_planner is None and not self.is_interrupted:
+            if not self.is_interrupted:
                 with self._stage(Stage.GRAPH):
                     search.rule_out(self._never_with_canonical_plans(proofs, search.missing))
             never = search.unreachable

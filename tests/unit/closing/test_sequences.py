@@ -154,6 +154,18 @@ def test_where_sequences_are_too_many_random_ones_count() -> None:
     case_for(closing, "return/completed")
 
 
+@pytest.mark.parametrize(("planner", "decision"), [("canonical", Decision.EXCLUDED), ("greedy", Decision.UNDECIDED)])
+def test_no_set_excludes_what_plans_of_another_planner_may_have(
+    planner: str, decision: Decision, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(case_searches, "_FEW_SEQUENCES", 4)
+    monkeypatch.setattr(case_searches, "_SHARE_OF_SEQUENCES", 100_000)
+    slow = "  crawl: {request: robot, guard: at < 5, effects: [at += 1], deadline: 5 s}\ngoals:"
+    model = read_model(LINE.replace("goals:", slow) + f"planner: {{name: {planner}}}\n")
+    (found,) = [each.decision for each in Closer(model).close().decided if str(each.obligation) == "crawl/executing"]
+    assert found is decision
+
+
 def test_single_goals_get_no_cases_with_several() -> None:
     closing = close(AFTER_A_GOAL, "runs: {goals: single}\n")
     assert not any(each.case.later for each in closing.cases)
