@@ -26,7 +26,7 @@ from support.tampered_sets import tampered
 _LIMITS = SetLimits(nodes=6_000, work=400_000)
 _SITUATIONS = CloseLimits(situations=6_000)
 _STRONGER = {
-    Decision.UNDECIDED: (Decision.UNDECIDED, Decision.UNCOVERABLE, Decision.COVERED),
+    Decision.UNDECIDED: (Decision.UNDECIDED, Decision.EXCLUDED, Decision.UNCOVERABLE, Decision.COVERED),
     Decision.EXCLUDED: (Decision.EXCLUDED, Decision.UNCOVERABLE),
 }
 """What sets may make of an answer: what is excluded by the planner may be proved for any plans."""
