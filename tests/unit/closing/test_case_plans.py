@@ -98,14 +98,14 @@ class _FewPlans:
         return self._cache.plan(state, goal, limits)
 
 
+def _asked(tester: Tester, case: Case) -> int:
+    return sum(record.kind == "plan_asked" for record in tester.execute(case).trace.records)
+
+
 def _replanning_case(model: BehaviorModel) -> Case:
     """A case whose run asks for several plans."""
     tester = Tester(model)
-    return next(
-        case
-        for case in RandomCases(model).first(50, 0)
-        if sum(record.kind == "plan_asked" for record in tester.execute(case).trace.records) > 2
-    )
+    return next(case for case in RandomCases(model).first(50, 0) if _asked(tester, case) > 2)
 
 
 def test_a_run_ends_where_a_plan_is_refused_and_its_case_says_so() -> None:
@@ -129,6 +129,28 @@ def test_a_run_ends_where_a_plan_is_refused_and_its_case_says_so() -> None:
     whole = Tester(model).execute(case)
     shared = sum(1 for a, b in zip(cut.trace.records, whole.trace.records, strict=False) if a == b)
     assert shared >= len(cut.trace.records) - 1, "up to its end the run is the same"
+
+
+def test_a_goal_whose_plan_is_refused_is_left_out_with_those_after_it() -> None:
+    model = load_model(EXAMPLE)
+    tester = Tester(model)
+    case = next(
+        case
+        for case in RandomCases(model, goals=3).first(50, 0)
+        if len(case.goals) == 3 and _asked(tester, case.with_goals(case.goals[:1])) == 1 < _asked(tester, case)
+    )
+
+    class _First(_FewPlans):
+        def plan(self, state: Mapping[str, Value], goal: Predicate, limits: PlanLimits) -> Answer:
+            try:
+                return super().plan(state, goal, limits)
+            except PlanRefusedError:
+                self._left = 1
+                raise
+
+    cut = bounded(Tester(model, plans=_First(model, 1)), case)
+    assert cut is not None
+    assert cut.case.goals == case.goals[:1]
 
 
 def test_a_run_without_any_plan_is_none() -> None:

@@ -10,7 +10,15 @@ from msgspec.structs import replace
 
 from scbm.cases import CaseLimits, EnvironmentChange
 from scbm.cases.coverage import Aspect, visited_by
-from scbm.cases.trace import AutomaticTaken, End, MeasurementReceived, ReplyReceived, RequestCancelled, RequestSent
+from scbm.cases.trace import (
+    AutomaticTaken,
+    End,
+    MeasurementReceived,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+    RunStarted,
+)
 from scbm.closing.runs.walks import best_walk, direct_walks, walk_over
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.closing.scripts.closing_injections import HOLD_NS
@@ -221,15 +229,21 @@ def bounded(
     """Return the run of a case; `None` if it has more than `most` records, by default those that a test should have.
 
     For `preferred` see `Tester.execute`. A run that asks for a plan that the source of plans refuses ends there: its
-    case gets a limit of plans. `None` if even the first plan is refused.
+    case gets a limit of plans; one of a later goal is left out. `None` if even the first plan is refused.
     """
     try:
         return tester.execute(case, most, preferred)
     except TooLongError:
         return None
     except UnplannedError as error:
-        plans = error.plans
-    return bounded(tester, replace(case, limits=replace(case.limits, plans=plans)), most, preferred) if plans else None
+        begun = sum(isinstance(record, RunStarted) for record in error.records)
+        if begun > 1:
+            planned = case.with_goals(case.goals[: begun - 1])
+        elif error.plans:
+            planned = replace(case, limits=replace(case.limits, plans=error.plans))
+        else:
+            return None
+    return bounded(tester, planned, most, preferred)
 
 
 def without_leftovers(execution: Execution, tester: Tester) -> Execution:
